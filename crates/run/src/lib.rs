@@ -99,7 +99,7 @@ pub use series::Series;
 pub use stamp::Stamp;
 pub use status::{RunState, RunStatus};
 pub use store::CheckpointStore;
-pub use trash::{empty_trash, last_deleted, restore};
+pub use trash::{deletions, empty_trash, restore, trashed};
 pub use writer::RunWriter;
 
 /// Result of operations on a run on disk.

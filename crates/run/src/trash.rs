@@ -27,17 +27,23 @@ impl RunDirectory {
         }
     }
 
-    /// Moves the run, with everything in its folder, to the trash. Returns where it is now.
+    /// Moves the run, with everything in its folder, to the trash, as part of one deletion `with` what was moved there
+    /// before, if that is possible. Returns where it is now.
     ///
     /// # Errors
     /// [`RunError::InUse`]; [`RunError::Io`]. Then nothing has changed.
-    pub fn discard(&self) -> Result<PathBuf> {
+    pub fn discard(&self, with: Option<&Path>) -> Result<PathBuf> {
         folder::check(self.path())?;
         let _lock = self.lock()?;
         let (trash, from) = trash_of(self.path())?;
         folder::create(&trash)?;
+        let name = from.file_name().unwrap_or_default();
         let mut number = numbers(&trash)?.max().unwrap_or(0);
+        let with = with.and_then(Path::parent).filter(|with| with.parent() == Some(&trash));
         let place = loop {
+            if let Some(with) = with.filter(|with| !with.join(name).exists()) {
+                break with.to_owned();
+            }
             number += 1;
             let place = trash.join(number.to_string());
             match fs::create_dir(&place) {
@@ -47,7 +53,7 @@ impl RunDirectory {
                 Err(error) => return Err(RunError::io("create", &place)(error)),
             }
         };
-        let to = place.join(from.file_name().unwrap_or_default());
+        let to = place.join(name);
         if let Err(error) = fs::rename(&from, &to) {
             let _ = fs::remove_dir(&place);
             return Err(RunError::io("delete", self.path())(error));
@@ -63,32 +69,42 @@ impl RunDirectory {
 /// # Errors
 /// [`RunError::Refused`] if it is not in the trash, or something has taken its place; [`RunError::Io`].
 pub fn restore(path: &Path) -> Result<()> {
-    let missing = || RunError::Refused(format!("{} is not in the trash", path.display()));
-    let (trash, to) = trash_of(path)?;
+    let (from, to) = trashed(path)?;
     if to.exists() {
         let what = format!("{} exists: move it elsewhere, then restore the run", path.display());
         return Err(RunError::Refused(what));
     }
+    fs::rename(&from, &to).map_err(RunError::io("restore", path))?;
+    // Fails if others were deleted together with it, or the user has added something there.
+    let _ = from.parent().map(fs::remove_dir);
+    folder::sync(to.parent().unwrap_or(&to))
+}
+
+/// Where the run that was last deleted from `path` is, and the absolute path of its former place.
+///
+/// # Errors
+/// [`RunError::Refused`] if it is not in the trash; [`RunError::Io`].
+pub fn trashed(path: &Path) -> Result<(PathBuf, PathBuf)> {
+    let missing = || RunError::Refused(format!("{} is not in the trash", path.display()));
+    let (trash, to) = trash_of(path)?;
     let name = to.file_name().ok_or_else(missing)?;
     let places = numbers(&trash)?.map(|number| (number, trash.join(number.to_string()).join(name)));
     let (_, from) = places.filter(|(_, place)| place.exists()).max().ok_or_else(missing)?;
-    fs::rename(&from, &to).map_err(RunError::io("restore", path))?;
-    // Fails if the user has added something there.
-    let _ = from.parent().map(fs::remove_dir);
-    folder::sync(trash.parent().unwrap_or(&trash))
+    Ok((from, to))
 }
 
-/// The place of the run that was last deleted from a folder of runs; None if its trash is empty.
+/// The former places of the deleted runs of a folder of runs, by deletion, the last one first.
 ///
 /// # Errors
 /// [`RunError::Io`].
-pub fn last_deleted(folder: &Path) -> Result<Option<PathBuf>> {
+pub fn deletions(folder: &Path) -> Result<Vec<Vec<PathBuf>>> {
     let trash = folder.join(TRASH);
     let mut numbers: Vec<u64> = numbers(&trash)?.collect();
     numbers.sort_unstable();
-    let inside = |number: &u64| entries(&trash.join(number.to_string())).ok()?.into_iter().next();
-    let last = numbers.iter().rev().find_map(inside);
-    Ok(last.and_then(|run| Some(folder.join(run.file_name()?))))
+    let runs = |number: &u64| entries(&trash.join(number.to_string())).unwrap_or_default();
+    let place = |run: PathBuf| Some(folder.join(run.file_name()?));
+    let all = numbers.iter().rev().map(|number| runs(number).into_iter().filter_map(place).collect());
+    Ok(all.filter(|together: &Vec<PathBuf>| !together.is_empty()).collect())
 }
 
 /// Removes the runs in the trash of a folder of runs for good, and returns their number. What a user has put into the
@@ -100,11 +116,10 @@ pub fn empty_trash(folder: &Path) -> Result<usize> {
     fs::metadata(folder).map_err(RunError::io("read", folder))?;
     let trash = folder.join(TRASH);
     folder::check(&trash)?;
-    let mut count = 0;
+    let count = deletions(folder)?.concat().len();
     for number in numbers(&trash)? {
         let place = trash.join(number.to_string());
         fs::remove_dir_all(&place).map_err(RunError::io("remove", &place))?;
-        count += 1;
     }
     // Fails if the user has added something there.
     let _ = fs::remove_dir(&trash);
@@ -140,7 +155,7 @@ mod tests {
         let delete = |note: &str| {
             let run = RunDirectory::create(&path, &note).unwrap();
             fs::write(path.join("thesis.tex"), note).unwrap();
-            run.discard().unwrap()
+            run.discard(None).unwrap()
         };
         let places = ["first", "second"].map(delete);
         assert_eq!(places, [1, 2].map(|number| path.with_file_name(".trash").join(number.to_string()).join("run")));
@@ -150,11 +165,14 @@ mod tests {
         assert!(matches!(restore(&path), Err(RunError::Refused(_))));
         assert!(matches!(restore(&path.with_file_name("other")), Err(RunError::Refused(_))));
         assert!(matches!(restore(&folder.path().join("no/run")), Err(RunError::Refused(_))));
-        RunDirectory::open(&path).unwrap().discard().unwrap();
+        let last = RunDirectory::open(&path).unwrap().discard(Some(&places[0])).unwrap();
+        let other = RunDirectory::create(path.with_file_name("other"), &"third").unwrap();
+        assert_eq!(other.discard(Some(&last)).unwrap(), last.with_file_name("other"));
+        assert_eq!(deletions(folder.path()).unwrap()[0], [path.with_file_name("other"), path.clone()]);
         assert!(path.with_file_name(".trash/2/run").exists(), "the last deletion has the largest number");
         let mine = folder.path().join(".trash/mine");
         fs::write(&mine, "mine").unwrap();
-        assert_eq!(empty_trash(folder.path()).unwrap(), 2);
+        assert_eq!(empty_trash(folder.path()).unwrap(), 3);
         assert_eq!(fs::read_dir(folder.path().join(".trash")).unwrap().count(), 1, "the user's file");
         fs::remove_file(mine).unwrap();
         assert_eq!([(); 2].map(|()| empty_trash(folder.path()).unwrap()), [0, 0]);
@@ -167,10 +185,10 @@ mod tests {
         let [path, link] = ["run", "link"].map(|name| folder.path().join(name));
         let run = RunDirectory::create(&path, &"config").unwrap();
         let lock = run.lock().unwrap();
-        assert!(matches!(run.discard(), Err(RunError::InUse { .. })));
+        assert!(matches!(run.discard(None), Err(RunError::InUse { .. })));
         drop(lock);
         std::os::unix::fs::symlink(&path, &link).unwrap();
-        assert!(RunDirectory::open(&link).unwrap().discard().is_err());
+        assert!(RunDirectory::open(&link).unwrap().discard(None).is_err());
         assert!(run.config_path().exists());
     }
 }

@@ -38,7 +38,8 @@ impl Session {
         if let Some(run) = self.runs().get(before).filter(|_| first < last).map(|run| run.number) {
             self.apply(Watch(run))?;
         }
-        Ok(if first == last { report } else { format!("training with seeds {first} to {last}") })
+        let seeds = || format!("training with seeds {first} to {last}{}", self.with_settings());
+        Ok(if first == last { report } else { seeds() })
     }
 }
 

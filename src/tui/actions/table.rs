@@ -31,7 +31,7 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("clusters", "c", "clusters", "clusters", "", Verb),
         ("task", "o", "open task", "task", "", Verb),
         ("undo", "u", "", "undo", "", Do(App::undo)),
-        ("redo", "U ctrl-r", "", "redo", "", Verb),
+        ("redo", "U ctrl-r", "", "redo", "", Do(App::redo)),
         ("save", "w ctrl-s", "", "save", "", Do(App::save)),
         ("save-as", "W", "", "save", "save the edited task as another file", Do(App::save_as)),
         ("palette", ":", "commands", "", "find an action by name, or type a command", Do(|app| app.open_palette(""))),

@@ -13,6 +13,7 @@ use crate::tui::view::playback::Player;
 use crate::tui::view::{Choice, Level, RunSummary, ViewModel};
 use crate::tui::widgets::theme::{Palette, Theme};
 use mge_base::text::counted;
+use mge_run::deletions;
 use mge_workbench::{Command, command};
 
 /// Number of typed commands that are kept.
@@ -59,6 +60,17 @@ impl App {
             Command::Task(_) if !self.unsaved().is_empty() => {
                 let open = Effect::new(|app| app.apply_confirmed(command));
                 self.ask("open another task?", self.unsaved().join("\n"), vec![('y', "open the other task", open)]);
+            }
+            Command::EmptyTrash(command::EmptyTrash(folder)) => {
+                let runs =
+                    deletions(folder.as_ref().unwrap_or(&self.workspace.view().folder)).unwrap_or_default().concat();
+                let go = Effect::new(|app| app.apply_confirmed(command::EmptyTrash(folder).into()));
+                if runs.is_empty() {
+                    return go.carry_out(self);
+                }
+                let title = format!("remove {} for good?", counted(runs.len(), "deleted run"));
+                let text = format!("With all files: {}.", some_of(runs.iter().map(|run| run.display().to_string())));
+                self.ask(&title, text, vec![('y', "remove for good", go)]);
             }
             command => {
                 let mut lost: Vec<PathBuf> = command.overwrites();
@@ -186,6 +198,15 @@ impl App {
             }
             Tab::Runs => self.apply(command::Restore(None)),
             _ => self.apply(command::Undo),
+        }
+    }
+
+    /// Does the latest undone edit of the task again. Deletions are not done again.
+    pub fn redo(&mut self) {
+        match self.tab {
+            Tab::Runs => self
+                .show_message(Level::Info, fill("only edits of the task are redone; {delete-run} deletes runs again")),
+            _ => self.apply(command::Redo),
         }
     }
 

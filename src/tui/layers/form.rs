@@ -1,7 +1,7 @@
 //! A form: fields of one line each, checked while one types and on enter. A prompt is a form with one field, whose words
 //! may be completed.
 
-use crossterm::event::{KeyCode, KeyEvent};
+use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Position, Rect};
 use ratatui::style::Style;
@@ -28,6 +28,8 @@ pub struct Form {
     title: String,
     fields: Vec<Field>,
     selected: usize,
+    /// The selected field was just entered: what is typed replaces its text.
+    entered: bool,
     explain: Box<Explainer>,
     read: Box<Reader>,
     /// What the words of a prompt may be, and the place of the one that was chosen among those that fit.
@@ -52,7 +54,12 @@ pub struct Field {
     pub choices: Vec<String>,
     /// Whether it has had a text; false in a prompt.
     pub typed: bool,
+    /// Whether it may be emptied, which stands for [`DEFAULT`].
+    pub optional: bool,
 }
+
+/// The text of a field that was emptied.
+pub const DEFAULT: &str = "default";
 
 impl Form {
     /// A form with these fields.
@@ -67,6 +74,7 @@ impl Form {
             title: title.into(),
             fields,
             selected: 0,
+            entered: false,
             explain,
             read,
             completions: Vec::new(),
@@ -127,12 +135,14 @@ impl Form {
     }
 
     fn texts(&self) -> Vec<&str> {
-        self.fields.iter().map(|field| field.input.text().trim()).collect()
+        let text = |field: &Field| field.typed && field.optional && field.input.text().trim().is_empty();
+        self.fields.iter().map(|field| if text(field) { DEFAULT } else { field.input.text().trim() }).collect()
     }
 
     /// What is wrong if a text was typed and taken away again, which does not stand for the usual one.
     fn emptied(&self) -> Option<String> {
-        let field = self.fields.iter().find(|field| field.typed && field.input.text().trim().is_empty())?;
+        let is_empty = |field: &Field| field.typed && !field.optional && field.input.text().trim().is_empty();
+        let field = self.fields.iter().find(|field| is_empty(field))?;
         Some(format!("`{}` is empty: write a value, or open the dialog again for the usual one", field.name))
     }
 
@@ -149,7 +159,7 @@ impl Form {
 
     /// Selects a field. What was wrong with the latest answer gives way to its explanation.
     fn select(&mut self, place: usize) {
-        (self.selected, self.error) = (place, None);
+        (self.selected, self.entered, self.error) = (place, true, None);
     }
 
     /// Chooses the text that is `by` after the present one, by an arrow key.
@@ -173,8 +183,14 @@ impl Layer for Form {
     fn key(&mut self, key: KeyEvent) -> Response {
         let [shown, _] = (self.explain)(self.selected, &self.texts());
         let field = &mut self.fields[self.selected];
-        field.typed |= !field.name.is_empty() && !field.input.text().is_empty();
+        let control = key.modifiers.contains(KeyModifiers::CONTROL);
+        let clears = key.code == KeyCode::Char('u') && control;
+        field.typed |= !field.name.is_empty() && (clears || !field.input.text().is_empty());
         let choices = field.choices.len();
+        if matches!(key.code, KeyCode::Char(_)) && !control && self.entered && choices == 0 {
+            field.input = TextInput::default();
+        }
+        self.entered = false;
         // The value that stands in a field without a text is edited like a text.
         if key.code == KeyCode::Backspace && choices == 0 && !field.typed && field.input.text().is_empty() {
             (field.typed, field.input) = (!shown.is_empty(), TextInput::new(shown));
@@ -254,7 +270,7 @@ impl Layer for Form {
             let x = row.x + names.unwrap_or(0);
             let room = Rect { x, width: row.right().saturating_sub(x), ..row };
             let end = line(&field.input, if is_selected { "> " } else { "  " }, room, theme, buffer);
-            if field.input.text().is_empty() && !field.typed {
+            if field.input.text().is_empty() && (field.optional || !field.typed) {
                 let shown = columns::shortened(&explained[place][0], usize::from(room.width.saturating_sub(3)), true);
                 buffer.set_string(x + 2, row.y, shown, theme.faint());
             }

@@ -5,7 +5,7 @@ mod palette;
 mod question;
 mod tools;
 
-pub use form::{Field, Form};
+pub use form::{DEFAULT, Field, Form};
 pub use palette::{Arguments, CommandPalette, Value};
 pub use question::{Question, some_of};
 pub use tools::{ToolItem, ToolPalette, tool_text};

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::Ui;
 use crate::tui::effect::Effect;
-use crate::tui::layers::{Field, Form, tool_text};
+use crate::tui::layers::{DEFAULT, Field, Form, some_of, tool_text};
 use crate::tui::view::{RunSummary, comparable, cost_of_an_episode, span};
 use crate::tui::widgets::text_input::TextInput;
 use mge_base::json;
@@ -24,7 +24,7 @@ const FIELDS: [(&str, &str, &str); 9] = [
         "epsilon",
         "set epsilon",
         "How often actions come from the action clusters: 0.1, linear:0.8:0.05:2000, exp:0.8:0.05:0.999, \
-         step:0.8:0.5:500, points:0=0.8,1000=0.3, need:0.25:0.25:10.",
+         step:0.8:0.5:500, points:0=0.8,1000=0.3, need:0.25:0.25:10. Emptied: the method's default.",
     ),
     ("model", "model", "Left and right choose what predicts the rollouts behind the action clusters."),
     (
@@ -47,14 +47,14 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
     let mut fields: Vec<Field> = FIELDS.map(|(name, ..)| Field { name, ..Field::default() }).into();
     fields[0].input = TextInput::new(view.settings.method.to_string());
     fields[0].choices = Method::ALL.map(|method| method.to_string()).into();
+    fields[EPSILON].optional = true;
     fields[MODEL].choices = view.models.iter().map(|model| model.name.clone()).collect();
     let runs = view.runs.clone();
     let (settings, folder) = (view.settings.clone(), view.folder.clone());
-    let (now, before, runs_folder) = (settings.method, settings.clone(), folder.clone());
+    let (before, runs_folder) = (settings.clone(), folder.clone());
     let tool = tool_text(&settings.task.placeable.tool([0.0; 2]), true);
     let explain = move |place: usize, texts: &[&str]| {
-        let method = settings.with_method(texts[0].parse().unwrap_or(now));
-        let settings = RunConfig { seed: texts[3].parse().unwrap_or(method.seed), ..method };
+        let settings = chosen(&settings, texts);
         let about = match FIELDS[place] {
             ("method", _, about) => format!("{}. {about}", settings.method.label()),
             (name, ..) if !settings.method.uses(name) => format!("Not used by {}.", settings.method.label()),
@@ -66,13 +66,11 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
             _ if !settings.method.uses(FIELDS[place].0) => "not used".to_owned(),
             _ => value(&settings, place),
         };
-        let episodes = texts[1].parse().unwrap_or(settings.episodes);
-        let epsilon = texts[EPSILON].parse().unwrap_or_else(|_| settings.epsilon.clone());
         let count = texts[SEEDS].parse().unwrap_or(seeds);
-        let cost = cost(&runs, &settings, episodes, count);
+        let cost = cost(&runs, &settings, settings.episodes, count);
         let others = others(&settings);
-        let doubts = warnings([(&RunConfig { episodes, epsilon, ..settings }, &BTreeSet::new())]);
-        let doubts: String = doubts.iter().map(|doubt| format!("\n! {doubt}")).collect();
+        let doubts = warnings([(&settings, &BTreeSet::new())]).into_iter().chain(same(&runs, &settings, count));
+        let doubts: String = doubts.map(|doubt| format!("\n! {doubt}")).collect();
         [value, format!("{about}\nThe agent places: {tool}.{others}\n{cost}{doubts}")]
     };
     let edited = if view.dirty { "the edited " } else { "" };
@@ -82,12 +80,49 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
     form
 }
 
+/// The settings that the fields say. The schedule is the method's default if another method was chosen, or the field
+/// was emptied.
+fn chosen(before: &RunConfig, texts: &[&str]) -> RunConfig {
+    let mut settings = before.with_method(texts[0].parse().unwrap_or(before.method));
+    if settings.method != before.method || texts[EPSILON] == DEFAULT {
+        settings.epsilon = RunConfig::default_for(settings.task.clone(), settings.method).epsilon;
+    }
+    for ((_, verb, _), text) in FIELDS.iter().zip(texts).skip(1) {
+        if verb.is_empty() || ["", DEFAULT].contains(text) {
+            continue;
+        }
+        let key = if *verb == "model" { "prior" } else { verb.trim_start_matches("set ") };
+        // What is wrong with a text is told beside it.
+        settings = settings.with_unchecked_setting(key, text).unwrap_or(settings);
+    }
+    settings
+}
+
+/// That runs with the same settings and seeds exist, if so.
+fn same(runs: &[Arc<RunSummary>], settings: &RunConfig, seeds: u32) -> Option<String> {
+    let is_same = |run: &&Arc<RunSummary>| {
+        let RunConfig { seed, method, episodes, .. } = *run.config;
+        seed.checked_sub(settings.seed).is_some_and(|after| after < seeds.into())
+            && (method, episodes) == (settings.method, settings.episodes)
+            && *run.config == RunConfig { seed, ..settings.clone() }
+    };
+    let names: Vec<String> = runs.iter().filter(is_same).map(|run| run.name.clone()).collect();
+    (!names.is_empty()).then(|| format!("there are runs with these settings and seeds: {}", some_of(names.into_iter())))
+}
+
 /// Sets what the fields say and starts the runs in a folder, given the settings of the session and the usual seeds.
 fn read(texts: &[&str], (before, seeds): (&RunConfig, u32), folder: &Path) -> Result<Effect, String> {
     if texts[NAME].contains(['/', '\\']) || texts[NAME].starts_with('.') {
         return Err(format!("`{}` is not a name: it has no / and does not begin with a dot", texts[NAME]));
     }
-    let set = FIELDS.iter().zip(texts).filter(|((_, verb, _), text)| !verb.is_empty() && !text.is_empty());
+    let RunConfig { method, epsilon, .. } = chosen(before, texts);
+    let is_kept = !method.uses("epsilon") || epsilon == before.with_method(method).epsilon;
+    let default = if is_kept { String::new() } else { epsilon.to_string() };
+    let mut texts = texts.to_vec();
+    if ["", DEFAULT].contains(&texts[EPSILON]) {
+        texts[EPSILON] = &default;
+    }
+    let set = FIELDS.iter().zip(&texts).filter(|((_, verb, _), text)| !verb.is_empty() && !text.is_empty());
     let lines = set.map(|((_, verb, _), text)| format!("{verb} {}", shell_words::quote(text)));
     let mut lines: Vec<String> = lines.filter(|line| *line != format!("method {}", before.method)).collect();
     let count = if texts[SEEDS].is_empty() { &*seeds.to_string() } else { texts[SEEDS] };

@@ -1,5 +1,6 @@
 //! A run and its curves, as screens show it.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -103,6 +104,11 @@ impl RunSummary {
         self.with_log(&log, Arc::default())
     }
 
+    /// The name of its folder.
+    pub fn folder(&self) -> Cow<'_, str> {
+        self.path.file_name().unwrap_or_default().to_string_lossy()
+    }
+
     /// Configured number of episodes.
     pub fn episodes(&self) -> u64 {
         u64::from(self.config.episodes)
@@ -140,6 +146,12 @@ impl RunSummary {
     /// The seconds that it has been trained, as far as they have been read.
     pub fn seconds(&self) -> Option<f64> {
         Some(*self.curves.positions(XAxis::Time).last()? as f64 / 1000.0)
+    }
+
+    /// Episodes a second: now, or else on the whole.
+    pub fn speed(&self) -> Option<f64> {
+        let whole = || self.seconds().filter(|time| *time > 0.0).map(|time| self.done as f64 / time);
+        self.rate().or_else(whole)
     }
 
     /// The latest finite value of a metric.

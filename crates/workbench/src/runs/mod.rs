@@ -22,8 +22,8 @@ use super::session::{Session, episode_number, no_such_run};
 use super::setup::{Setup, nothing_to};
 use mge_base::paths::entries;
 use mge_base::text::counted;
-use mge_run::{CheckpointName, RunDirectory, RunState, empty_trash, last_deleted, restore};
-use mge_trainer::{Control, RunConfig, check_continuation};
+use mge_run::{CheckpointName, RunDirectory, RunState, deletions, empty_trash, restore, trashed};
+use mge_trainer::{Control, RunConfig, check_continuation, non_default_settings};
 
 /// The name of the folder for a run with these settings, unless it is taken.
 pub fn usual_name(config: &RunConfig) -> String {
@@ -39,7 +39,15 @@ impl Session {
         let Setup { config, set, .. } = self.setup.clone();
         self.warn(&config, &set);
         let number = self.runs.add(RunView::new(directory)?, false);
-        self.start_run(number, until, "training in")
+        Ok(self.start_run(number, until, "training in")? + &self.with_settings())
+    }
+
+    /// The settings of the next run that are not the defaults of its method, which may be left over from earlier runs.
+    pub(super) fn with_settings(&self) -> String {
+        let mut set = non_default_settings(&self.setup.config);
+        set.retain(|(key, _)| !["method", "seed"].contains(&&**key));
+        let set: Vec<String> = set.into_iter().map(|(key, value)| format!("{key} {value}")).collect();
+        if set.is_empty() { String::new() } else { format!(", with {}", set.join(", ")) }
     }
 
     /// Continues a run: the current one, or the one in a folder.
@@ -188,7 +196,9 @@ impl Session {
         let folders: Vec<PathBuf> = command.0.iter().map(|folder| known(folder).unwrap_or(folder).to_owned()).collect();
         folders.iter().try_for_each(|folder| self.runs.refuse_if_busy(folder))?;
         self.runs.deleted.push(Vec::new());
-        let reports: Result<Vec<String>, _> = folders.into_iter().map(|folder| self.delete_one(folder)).collect();
+        let mut last = None;
+        let reports: Result<Vec<String>, _> =
+            folders.into_iter().map(|folder| self.delete_one(folder, &mut last)).collect();
         self.runs.deleted.retain(|together| !together.is_empty());
         match reports?.as_slice() {
             [report] => Ok(report.clone()),
@@ -196,7 +206,8 @@ impl Session {
         }
     }
 
-    fn delete_one(&mut self, folder: PathBuf) -> Result<String, SessionError> {
+    /// Moves a run to the trash, together with the `last` one that was moved there, which it becomes.
+    fn delete_one(&mut self, folder: PathBuf, last: &mut Option<PathBuf>) -> Result<String, SessionError> {
         let (number, name) = (self.runs.number_of(&folder), folder.display().to_string());
         if number.is_some() && !folder.exists() {
             self.runs.remove(number);
@@ -206,7 +217,7 @@ impl Session {
             true => Ok(()),
             false => run.config::<RunConfig>().map(drop),
         };
-        RunDirectory::deletable(&folder, is_valid)?.discard()?;
+        *last = Some(RunDirectory::deletable(&folder, is_valid)?.discard(last.as_deref())?);
         self.runs.forget_deleted(number, folder);
         Ok(format!("moved {name} to the trash: `restore` brings it back"))
     }
@@ -236,13 +247,14 @@ impl Session {
         Ok(format!("the agent of checkpoint {name} plays"))
     }
 
-    /// Brings back the run deleted from a folder, or else those that this session deleted last, or else the one deleted
-    /// last from the session's folder.
+    /// Brings back the run deleted from a folder, or else those that this session deleted last, or else those deleted
+    /// last from the session's folder, as far as they are still in the trash.
     pub(super) fn restore(&mut self, folder: Option<&Path>) -> Result<String, SessionError> {
+        self.runs.forget_trashed(|deleted| trashed(deleted).is_err());
         let folders = match (folder, self.runs.deleted.last()) {
             (Some(folder), _) => vec![folder.to_owned()],
             (None, Some(together)) => together.clone(),
-            (None, None) => vec![last_deleted(&self.setup.folder)?.ok_or_else(|| nothing_to("restore"))?],
+            (None, None) => deletions(&self.setup.folder)?.into_iter().next().ok_or_else(|| nothing_to("restore"))?,
         };
         for folder in &folders {
             restore(folder)?;

@@ -275,7 +275,7 @@ fn only_deleting_the_current_run_clears_it() {
 }
 
 #[test]
-fn runs_deleted_together_are_restored_together_and_the_last_one_by_a_later_session() {
+fn runs_deleted_together_are_restored_together_also_by_a_later_session() {
     let folder = tempfile::tempdir().unwrap();
     let [a, b] = ["a", "b"].map(|name| folder.path().join(name));
     let mut session =
@@ -287,7 +287,11 @@ fn runs_deleted_together_are_restored_together_and_the_last_one_by_a_later_sessi
     assert!(a.exists() && b.exists());
     try_line(&mut session, &delete).unwrap();
     let mut later = Session::new(mge_task::load("task1").unwrap(), folder.path().to_owned());
-    assert_eq!(try_line(&mut later, "restore").unwrap(), format!("restored {}", b.display()));
+    assert_eq!(try_line(&mut later, "restore").unwrap(), "restored 2 runs");
+    assert_eq!(try_line(&mut session, "restore").unwrap_err(), "there is nothing to restore", "they are back already");
+    try_line(&mut session, &delete).unwrap();
+    try_line(&mut later, &format!("restore {}", quoted(&a))).unwrap();
+    assert_eq!(try_line(&mut session, "restore").unwrap(), format!("restored {}", b.display()), "the rest of them");
 }
 
 /// The metrics of a run, as bytes.

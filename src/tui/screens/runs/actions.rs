@@ -145,6 +145,6 @@ pub fn ask_for_filter(state: &Runs) -> Vec<Effect> {
             (runs.filter, runs.selected, runs.row) = (filter, None, 0);
         }))
     };
-    let hint = "words, task:4 method:ddpg-mge state:running note:paper epsilon<0.2 success>=0.5 seed=3";
+    let hint = "words, task:4 method:ddpg-mge state:running note:paper epsilon<0.2 success>=50% seed=3";
     vec![Effect::open(Form::prompt("show runs with", hint, &*state.filter.text, read))]
 }

@@ -113,7 +113,6 @@ fn start(line: &Line) -> Option<String> {
 
 /// Episodes a second: now, or of a single run on the whole.
 fn speed(line: &Line) -> Option<String> {
-    let whole = |run: &RunSummary| run.seconds().filter(|time| *time > 0.0).map(|time| run.done as f64 / time);
-    let rate = line.speed().or_else(|| if let Line::Run(run, _) = line { whole(run) } else { None })?;
+    let rate = if let Line::Run(run, _) = line { run.speed() } else { line.speed() }?;
     Some(if rate < 1.0 { format!("{:.1}/min", 60.0 * rate) } else { format!("{rate:.1}/s") })
 }

@@ -7,6 +7,7 @@ use super::SETTINGS;
 use crate::tui::view::RunSummary;
 use mge_base::json;
 use mge_base::spelling::did_you_mean;
+use mge_run::Metric;
 use mge_workbench::command::Comparison;
 
 /// Which runs are listed.
@@ -21,8 +22,8 @@ pub struct Filter {
 enum Term {
     /// Part of the text of a run.
     Word(String),
-    /// Part of the text in one of its columns.
-    Part(String, String),
+    /// Part of the text in one of its columns, or the whole.
+    Text(String, String, bool),
     /// A comparison of one of its columns with a number.
     Compared(String, Comparison, f64),
 }
@@ -31,12 +32,13 @@ enum Term {
 type Column = fn(&RunSummary, &Ui) -> Option<Json>;
 
 /// What a condition may be on, besides settings. Success is a fraction from 0 to 1, epsilon the threshold of the first
-/// episode.
-const COLUMNS: [(&str, Column); 11] = [
+/// episode, the duration in seconds, the speed in episodes a second.
+const COLUMNS: [(&str, Column); 15] = [
     ("task", |run, _| Some(run.config.task.name.as_str().into())),
     ("method", |run, _| Some(run.config.method.name().into())),
     ("state", |run, _| Some(run.state_word().into())),
     ("name", |run, _| Some(run.name.as_str().into())),
+    ("folder", |run, _| Some(run.folder().into())),
     ("label", |run, ui| Some(ui.view.groups.of(&run.path).map_or(&run.label, |group| &group.label).as_str().into())),
     ("note", |run, _| Some(run.note.as_str().into())),
     ("seed", |run, _| Some(run.config.seed.into())),
@@ -44,7 +46,13 @@ const COLUMNS: [(&str, Column); 11] = [
     ("done", |run, _| Some(run.done.into())),
     ("success", |run, _| Some(run.success?.into())),
     ("epsilon", |run, _| Some(run.config.epsilon.threshold(0).into())),
+    (OF_CURVES[0], |run, _| Some(run.latest(Metric::ChargedActions)?.into())),
+    (OF_CURVES[1], |run, _| Some(run.seconds()?.into())),
+    (OF_CURVES[2], |run, _| Some(run.speed()?.into())),
 ];
+
+/// The columns that are known of runs whose curves have been read.
+const OF_CURVES: [&str; 3] = ["charged", "duration", "speed"];
 
 impl Filter {
     /// Reads what was typed: words and conditions, all of which must hold.
@@ -56,13 +64,18 @@ impl Filter {
         Ok(Self { text: text.trim().to_owned(), terms })
     }
 
+    /// Whether it needs the curves of all runs.
+    pub fn needs_curves(&self) -> bool {
+        self.terms.iter().any(|term| matches!(term, Term::Compared(column, ..) if OF_CURVES.contains(&&**column)))
+    }
+
     /// Whether a run is listed.
     pub fn accepts(&self, run: &RunSummary, ui: &Ui) -> bool {
         self.terms.iter().all(|term| match term {
             Term::Word(word) => line(run).contains(word),
-            Term::Part(column, part) => {
-                value(run, column, ui).is_some_and(|value| json::text(&value).to_lowercase().contains(part))
-            }
+            Term::Text(column, text, whole) => value(run, column, ui)
+                .map(|value| json::text(&value).to_lowercase())
+                .is_some_and(|found| if *whole { found == *text } else { found.contains(text) }),
             Term::Compared(column, comparison, wanted) => value(run, column, ui)
                 .and_then(|value| value.as_f64())
                 .is_some_and(|found| comparison.holds(found, *wanted)),
@@ -83,15 +96,25 @@ fn term(word: &str) -> Result<Term, String> {
         let hint = if near.is_empty() { format!(": {}", COLUMNS.map(|(name, _)| name).join(", ")) } else { near };
         return Err(format!("`{column}` is no column or setting{hint}"));
     }
-    let Some(comparison) = comparison else { return Ok(Term::Part(column.to_owned(), value.to_owned())) };
-    let value = value.parse().map_err(|_| format!("`{value}` in `{word}` is not a number"))?;
-    Ok(Term::Compared(column.to_owned(), comparison, value))
+    // The list shows success in percent.
+    let percent = value.strip_suffix('%');
+    let number = percent.unwrap_or(value).parse::<f64>();
+    let is_percent = |number: f64| percent.is_some() || (column == "success" && number > 1.0);
+    match (comparison, number) {
+        (Some(sign), Ok(number)) => {
+            Ok(Term::Compared(column.to_owned(), sign, if is_percent(number) { number / 100.0 } else { number }))
+        }
+        (None | Some(Comparison::Equal), _) => {
+            Ok(Term::Text(column.to_owned(), value.to_owned(), comparison.is_some()))
+        }
+        _ => Err(format!("`{value}` in `{word}` is not a number")),
+    }
 }
 
 /// The text in which words are searched.
 fn line(run: &RunSummary) -> String {
     let (task, method, seed) = (&run.config.task.name, run.config.method.name(), run.config.seed);
-    format!("{} {task} {method} seed {seed} {}", run.name, run.state_word()).to_lowercase()
+    format!("{} {} {task} {method} seed {seed} {}", run.name, run.folder(), run.state_word()).to_lowercase()
 }
 
 /// The value of a column or setting of a run.
@@ -112,11 +135,12 @@ mod tests {
 
     #[test]
     fn conditions_are_read_and_mistakes_explained() {
-        let text = " old task:4 Method:DDPG-mge epsilon<0.2 seed>=3 ddpg.gamma=0.9 prior:learned hold_tolerance<1";
+        let text = " old task:4 Method:DDPG-mge epsilon<0.2 seed>=3 ddpg.gamma=0.9 prior:learned hold_tolerance<1 \
+                    method=ddpg success>90 success<=5% success>0.5";
         let parsed = Filter::parse(text).unwrap();
         let shown = |term: &Term| match term {
             Term::Word(word) => word.clone(),
-            Term::Part(column, part) => format!("{column}:{part}"),
+            Term::Text(column, text, whole) => format!("{column}{}{text}", if *whole { "=" } else { ":" }),
             Term::Compared(column, _, value) => format!("{column} {value}"),
         };
         let expected = [
@@ -128,6 +152,10 @@ mod tests {
             "ddpg.gamma 0.9",
             "prior:learned",
             "hold_tolerance 1",
+            "method=ddpg",
+            "success 0.9",
+            "success 0.05",
+            "success 0.5",
         ];
         assert_eq!(parsed.terms.iter().map(shown).collect::<Vec<_>>(), expected);
         for (text, problem) in [

@@ -124,8 +124,9 @@ pub fn wanted(state: &Runs, ui: &Ui) -> Vec<PathBuf> {
     let selected = state.selected_row(&lines);
     let around = selected.saturating_sub(AROUND)..lines.len().min(selected + AROUND);
     let shown = lines.get(selected).into_iter().chain(&lines[around]);
+    let all = ui.view.runs.iter().map(|run| &**run).filter(|_| state.filter.needs_curves());
     let mut known = HashSet::new();
-    shown.flat_map(Line::runs).filter(|run| known.insert(&run.path)).map(|run| run.path.clone()).collect()
+    shown.flat_map(Line::runs).chain(all).filter(|run| known.insert(&run.path)).map(|run| run.path.clone()).collect()
 }
 
 /// Draws the screen.
@@ -212,7 +213,8 @@ fn about_run(run: &RunSummary) -> String {
     let state = run.state_word();
     let work = run.preparing.as_ref().map_or_else(String::new, |work| format!(": {work}"));
     let (tasks, method, seed) = (&run.config.task.name, run.config.method.name(), run.config.seed);
-    format!("{}: {tasks}, {method}, seed {seed}, {done}, {state}{work}{reason}{fork}{changed}", run.name)
+    let folder = if run.name == run.folder() { String::new() } else { format!(" (folder {})", run.folder()) };
+    format!("{}{folder}: {tasks}, {method}, seed {seed}, {done}, {state}{work}{reason}{fork}{changed}", run.name)
 }
 
 fn about_group(group: &RunGroup, runs: &[&RunSummary]) -> String {

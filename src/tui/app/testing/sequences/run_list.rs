@@ -112,6 +112,23 @@ fn more_than_a_number_excludes_the_number() {
 }
 
 #[test]
+fn a_renamed_run_is_found_by_its_folder_which_its_card_names() {
+    let mut view = grouped();
+    change_run(&mut view, 4, |run| run.name = "best".into());
+    check(view.clone(), "5 / p l a i n - 1 enter", &[], "best (folder plain-1): task1");
+    check(view, "5 / n a m e = b e s t enter enter", &["open runs/plain-1"], "");
+}
+
+#[test]
+fn runs_are_found_by_cost_and_speed_once_their_curves_are_read() {
+    wanted();
+    check(grouped(), "5 / d u r a t i o n > 1 4 0 enter enter", &["open runs/guided-0"], "");
+    let all = wanted().into_iter().any(|what| what.contains("guided-0") && what.contains("plain-2"));
+    assert!(all, "also those that the filter hides");
+    check(grouped(), "5 / s p e e d > 2 0 enter", &[], "No run matches this filter");
+}
+
+#[test]
 fn selection_and_folding_stay_with_their_runs_when_labels_change() {
     let mut view = grouped();
     let (mut app, asked) = app(view.clone());

@@ -36,6 +36,13 @@ fn a_run_is_deleted_after_a_question() {
     check(typical(), "5 down X esc", &[], "running");
     check(typical(), "5 down delete y", &["delete runs/old"], "");
     check(typical(), "5 u", &["restore"], "");
+    check(typical(), "5 U", &[], "only edits of the task are redone; delete deletes runs again");
+    let mut view = typical();
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir_all(folder.path().join(".trash/1/poor")).unwrap();
+    view.folder = folder.path().to_owned();
+    check(view.clone(), ": e m p t y - t r a s h enter", &[], "remove 1 deleted run for good?");
+    check(view, ": e m p t y - t r a s h enter y", &["empty-trash"], "");
     check(typical(), "5 X", &[], "not ended yet: task1-ddpg-mge-seed0; x stops it");
     let mut view = typical();
     change_run(&mut view, 1, |run| run.state = RunState::Paused);

@@ -90,7 +90,12 @@ fn the_run_dialog_explains_its_fields_and_changes_only_what_was_changed() {
     check(empty(), "t", &[], "DDPG-MGE. Left and right choose how");
     check(empty(), "t", &[], "The agent places: b");
     check(empty(), "t left enter", &["method ddpg", "train"], "");
-    check(empty(), "t space enter", &["method ddpg-uniform", "train"], "");
+    check(empty(), "t right enter", &["method ddpg-uniform", "set epsilon linear:0.5:0:1000", "train"], "");
+    check(empty(), "t left right enter", &["train"], "");
+    check(empty(), "t up up up up up ctrl-u enter", &["set epsilon linear:0.5:0:1000", "train"], "");
+    check(empty(), "t down 5 0 down 2 up 6 0 enter", &["set episodes 60", "train seeds 2"], "");
+    check(empty(), "t down ctrl-u enter", &[], "`episodes` is empty: write a value");
+    check(grouped(), "t down down 2", &[], "! there are runs with these settings and seeds: guided-0, guided-1");
     check(empty(), "t down ctrl-u 5 0 enter", &["set episodes 50", "train"], "");
     check(empty(), "t down down ctrl-u 3 enter", &["train seeds 3"], "");
     check(empty(), "t down down down ctrl-u 7 enter", &["seed 7", "train"], "");
