@@ -93,7 +93,7 @@ fn a_run_is_renamed_and_gets_the_name_of_its_folder_back() {
     assert!(compared.lines().nth(1).is_some_and(|line| line.starts_with("name ") && line.contains("the best")));
     succeed(mge(here, ["report", "runs/a", "runs/b", "--out", "report"]));
     let report = std::fs::read_to_string(here.join("report/report.md")).unwrap();
-    assert!(report.contains("- the best: DDPG, ddpg.gamma 0.95, seed 0, on task1"), "{report}");
+    assert!(report.contains("- the best: DDPG, seed 0, on task1"), "{report}");
     succeed(mge(here, ["figures", "runs/a", "runs/b", "--svg", "--out", "figures"]));
     for figure in ["figures/learning.svg", "report/figures/learning.svg"] {
         assert!(std::fs::read_to_string(here.join(figure)).unwrap().contains("the best"), "{figure}");

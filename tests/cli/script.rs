@@ -59,7 +59,7 @@ fn a_run_is_forked_from_the_command_line() {
     assert_ne!(fork[7..12], source[7..]);
     assert_eq!(rows("other"), fork, "the same settings make the same run");
     for (arguments, reason) in [
-        (&["--at", "13", "--set", "episodes=20"][..], "the run has 12 episodes, not 13"),
+        (&["--at", "13", "--set", "episodes=20"][..], "run has 12 episodes, not 13"),
         (&["--at", "5", "--set", "ddpg.gama=0.5"], "did you mean `ddpg.gamma`?"),
         (&["--at", "5", "--out", "other"], "other"),
     ] {

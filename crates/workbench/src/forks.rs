@@ -80,7 +80,7 @@ impl Session {
         config.validate().map_err(SettingError::Range)?;
         let done = run.records().len();
         if done < command.episode as usize {
-            return Err(ValidationError::new("the episode", format!("is one of the {done} that {name} has")).into());
+            return Err(SessionError::Failed(format!("{name} has {done} episodes, not {}", command.episode)));
         }
         if config.episodes <= command.episode {
             let few = format!("is {}, but a fork at episode {} needs more", config.episodes, command.episode);
@@ -238,7 +238,7 @@ mod tests {
         play(&mut session, TRAIN);
         let before = std::fs::read_dir(folder.path()).unwrap().count();
         for (line, reason) in [
-            ("fork 19 episodes=40", "the episode: is one of the 18 that task1-ddpg-uniform-seed0 has"),
+            ("fork 19 episodes=40", "task1-ddpg-uniform-seed0 has 18 episodes, not 19"),
             ("fork 18", "needs more"),
             ("fork 5 seed=3", "cannot change in a fork"),
             ("fork 5 ddpg.hidden=8", "ddpg.hidden"),

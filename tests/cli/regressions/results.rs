@@ -72,18 +72,18 @@ fn swept_values_that_equal_a_default_are_in_results_and_reports_with_their_types
     }
     assert_eq!(column(&here.join("sweep0"), "epsilon").1, ["", ""], "plain DDPG has no epsilon");
     succeed(mge(here, ["report", "sweep0", "--resamples", "10"]));
-    assert_eq!(labels(&here.join("report")), ["DDPG, ddpg.gamma 0.9", "DDPG, ddpg.gamma 0.95"]);
+    assert_eq!(labels(&here.join("report")), ["DDPG, ddpg.gamma 0.9", "DDPG"]);
     let report = json_of(here.join("report/report.json"));
-    assert_eq!(report["learning"][1]["settings"]["ddpg.gamma"], json!(0.95));
+    assert_eq!(report["learning"][1]["implied"]["ddpg.gamma"], json!(0.95));
     // Of several of plain DDPG, the reference is that with the usual settings.
-    assert_eq!(report["reference"], "DDPG, ddpg.gamma 0.95");
+    assert_eq!(report["reference"], "DDPG");
     let figures =
         ["figures", "sweep0/runs/task1-ddpg-ddpg.gamma_0.95-seed0", "sweep0/runs/task1-ddpg-ddpg.gamma_0.9-seed0"];
     succeed(mge(here, figures.into_iter().chain(["--out", "drawn"])));
-    assert!(read(here.join("drawn/learning.csv")).contains("DDPG, ddpg.gamma 0.95"));
+    assert!(read(here.join("drawn/learning.csv")).contains("DDPG, ddpg.gamma 0.9\""));
     // A run has its label among all in its folder, also if that is the current one.
-    succeed(mge(here.join("sweep0/runs"), ["figures", "task1-ddpg-ddpg.gamma_0.95-seed0", "--out", "../alone"]));
-    assert!(read(here.join("sweep0/alone/learning.csv")).contains("DDPG, ddpg.gamma 0.95"));
+    succeed(mge(here.join("sweep0/runs"), ["figures", "task1-ddpg-ddpg.gamma_0.9-seed0", "--out", "../alone"]));
+    assert!(read(here.join("sweep0/alone/learning.csv")).contains("DDPG, ddpg.gamma 0.9\""));
 }
 
 #[test]
@@ -126,7 +126,7 @@ fn runs_with_other_fixed_settings_are_not_pooled() {
     succeed(mge(here, ["sweep", "noisy.json", "--quiet", "--out", "noisy"]));
     succeed(mge(here, ["report", "calm", "noisy", "--resamples", "10"]));
     let report = read(here.join("report/report.md"));
-    for label in ["DDPG, start_noise 0.0 |", "DDPG, start_noise 0.02 |"] {
+    for label in ["| DDPG |", "DDPG, start_noise 0.02 |"] {
         assert!(report.contains(label), "{label}: {report}");
     }
     assert!(report.contains("No task has runs of every method"), "{report}");
