@@ -52,7 +52,7 @@ impl ToolItem {
         // One of the catalogue is told apart from its type.
         let is_type = !self.text.contains('#') && Property::unusual(&self.tool).is_empty();
         let name = if is_type { self.tool.kind.name().to_owned() } else { tool_text(&self.tool, false) };
-        shortened(&name, usize::from(columns), false)
+        shortened(&name, usize::from(columns), true)
     }
 }
 
