@@ -130,13 +130,13 @@ fn result(run: &RunView, stopping: bool, interrupt: &Interrupt) -> Outcome {
         let message = format!("stopped after {done} of {episodes} episodes: continue with `{resume}`");
         return Err(interrupt.ended(message).into());
     }
-    let last = run.records().last();
+    let last = run.history().records.last();
     let result = json!({
         "run": run.directory().path().display().to_string(),
         "episodes": run.episodes(),
         "charged_actions": last.map(|record| record.charged_actions),
         "rolling_success": last.map(|record| record.rolling_success),
-        "latest_evaluation": run.evaluations().last().map(|evaluation| evaluation.success),
+        "latest_evaluation": run.history().evaluations.last().map(|evaluation| evaluation.success),
     });
     Ok(output::line(result)?)
 }

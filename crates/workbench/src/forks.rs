@@ -6,7 +6,6 @@ use super::SessionError;
 use super::command::{Command, Fork, Watch};
 use super::job::{Progress, Reporter};
 use super::run::RunView;
-use super::run_log::Recorded;
 use super::session::Session;
 use mge_base::validation::ValidationError;
 use mge_trainer::{self as trainer, RunConfig, SettingError};
@@ -41,9 +40,7 @@ impl Session {
             // Removes the reserved folder only if it is still empty.
             let fork = fork.inspect_err(|_| _ = std::fs::remove_dir(&path));
             let directory = fork.map_err(|error| error.to_string())?;
-            let mut run = RunView::new(directory).map_err(|error| error.to_string())?;
-            run.take_recorded(Recorded::read(run.directory(), &run.config().task, reporter.stop()))?;
-            Ok(run)
+            RunView::new(directory).map_err(|error| error.to_string())?.with_whole_log(reporter.stop())
         };
         let asked = command.clone();
         self.start_job(command.clone(), work, move |session, made| {
@@ -78,7 +75,7 @@ impl Session {
             }
         }
         config.validate().map_err(SettingError::Range)?;
-        let done = run.records().len();
+        let done = run.history().records.len();
         if done < command.episode as usize {
             return Err(SessionError::Failed(format!("{name} has {done} episodes, not {}", command.episode)));
         }

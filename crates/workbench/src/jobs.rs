@@ -97,7 +97,7 @@ impl Session {
     pub fn wait_for(&mut self, command: &Command) -> Result<Option<String>, SessionError> {
         while self.job(|pending| pending == command).is_some() {
             self.interrupt.check().map_err(|_| SessionError::Interrupted)?;
-            self.advance();
+            self.advance(true);
             std::thread::sleep(POLL_INTERVAL);
         }
         let finished = |notice: &Notice| matches!(notice, Notice::Finished { command: of, .. } if of == command);

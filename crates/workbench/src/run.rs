@@ -4,16 +4,15 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use mge_base::stop::Stop;
 use mge_guidance::ActionPrior;
-use mge_run::{
-    CheckpointName, EpisodeRecord, EvaluationRecord, Event, LoggedEvent, Poll, RunDirectory, RunError, RunHistory,
-    RunState,
-};
+use mge_run::{CheckpointName, Event, LoggedEvent, Poll, RunDirectory, RunError, RunHistory, RunState};
 use mge_trainer::{Control, LiveView, Phase, RunConfig, Trace, Trainer};
 
 use super::SessionError;
+use super::job::CANCELLED;
 use super::loader::Loader;
-use super::run_log::{MAX_KEPT, Recorded, RunLog, read_prior};
+use super::run_log::{MAX_KEPT, RunLog, read_prior};
 use super::saved::SavedRun;
 
 /// A run, live or finished, of this or another process: a reader of its log.
@@ -102,21 +101,40 @@ impl RunView {
         })
     }
 
-    /// Takes over the state read by the job and continues reading the log from there. Past events
+    /// The run with its whole log and its prior, which takes long.
+    ///
+    /// # Errors
+    /// When the log cannot be read, or `stop` is requested.
+    pub(super) fn with_whole_log(mut self, stop: &Stop) -> Result<Self, String> {
+        loop {
+            // Of several problems the first is told.
+            let problem = self.failure.take();
+            let news = self.log.read()?;
+            let more = self.follow(Ok(news), &mut false, &mut Vec::new());
+            self.failure = problem.or(self.failure);
+            if !more {
+                break;
+            }
+            if stop.is_requested() {
+                return Err(CANCELLED.to_owned());
+            }
+        }
+        self.saved_prior.set(self.prior_changes, read_prior(&self.directory, &self.config.task));
+        Ok(self)
+    }
+
+    /// Takes over what the job has [read](Self::with_whole_log) and continues reading the log from there. Past events
     /// are not reported.
     ///
     /// # Errors
     /// When the log could not be read; the run then leaves the queue.
-    pub(super) fn take_recorded(&mut self, recorded: Result<Recorded, String>) -> Result<(), String> {
+    pub(super) fn take_over(&mut self, read: Result<Self, String>) -> Result<(), String> {
         self.unread = false;
-        match recorded {
-            Ok(Recorded { log, problem, prior }) => {
-                self.log = log;
-                self.failure = problem.or(self.failure.take());
-                self.saved_prior.set(self.prior_changes, prior);
-                if self.is_queued() {
-                    self.failure = None;
-                }
+        match read {
+            Ok(read) => {
+                self.failure = read.failure.or(self.failure.take()).filter(|_| !self.is_queued());
+                (self.log, self.saved_episode) = (read.log, read.saved_episode);
+                (self.saved_prior, self.prior_changes) = (read.saved_prior, read.prior_changes);
                 Ok(())
             }
             Err(reason) => {
@@ -131,7 +149,7 @@ impl RunView {
     /// after this many episodes in total.
     pub(super) fn enqueue(&mut self, turn: u64, until: Option<u32>) {
         // Reads the existing log first, so that an old failure is not reported again.
-        self.poll();
+        self.poll(true);
         self.failure = None;
         self.trained_here = true;
         self.turn = Some(Turn { number: turn, until });
@@ -172,36 +190,24 @@ impl RunView {
         self.is_active() && self.state() != RunState::Paused
     }
 
-    /// Reads the new events, also if that takes long. Returns them, and whether anything changed.
-    pub(super) fn poll(&mut self) -> (Vec<Event>, bool) {
-        let (mut events, mut changed) = (Vec::new(), false);
-        if self.unread {
-            return (events, changed);
-        }
-        let has_ended = self.has_ended();
-        self.read_to_end(&mut changed, &mut events);
-        self.take_outcome(has_ended, changed, events)
-    }
-
-    /// Like [`RunView::poll`], but never waits for the disk: returns the events that were read in the background.
-    pub(super) fn poll_in_background(&mut self) -> (Vec<Event>, bool) {
+    /// Reads the new events: with `waits` all of them, also if that takes long, else those that were read in the
+    /// background. Returns them, and whether anything changed.
+    pub(super) fn poll(&mut self, waits: bool) -> (Vec<Event>, bool) {
         let (mut events, mut changed, mut is_over) = (Vec::new(), false, false);
         if self.unread {
             return (events, changed);
         }
-        let (is_active, has_ended) = (self.is_active(), self.has_ended());
-        if let Some((news, has_ended, name)) = self.log.poll(is_active, has_ended) {
+        let has_ended = self.trainer.as_ref().is_some_and(|trainer| !trainer.is_active());
+        if waits {
+            self.read_to_end(&mut changed, &mut events);
+            is_over = has_ended;
+        } else if let Some((news, has_ended, name)) = self.log.poll(self.is_active(), has_ended) {
             changed |= self.name != name;
             self.name = name;
             let more = self.follow(news, &mut changed, &mut events);
             is_over = has_ended && !more;
         }
         self.take_outcome(is_over, changed, events)
-    }
-
-    /// Whether the thread that trains it has ended, but its outcome was not taken over yet.
-    fn has_ended(&self) -> bool {
-        self.trainer.as_ref().is_some_and(|trainer| !trainer.is_active())
     }
 
     /// Takes over what a training shows and, once `has_ended` and all its events were read, how it ended.
@@ -327,20 +333,10 @@ impl RunView {
 
     /// Number of finished episodes.
     pub fn episodes(&self) -> u64 {
-        self.records().last().map_or(0, |record| record.episode)
+        self.log.history.records.last().map_or(0, |record| record.episode)
     }
 
-    /// The finished episodes, in order; a long history is thinned evenly, but includes the latest.
-    pub fn records(&self) -> &[EpisodeRecord] {
-        &self.log.history.records
-    }
-
-    /// The greedy evaluations, in order; a long history is thinned evenly, but includes the latest.
-    pub fn evaluations(&self) -> &[EvaluationRecord] {
-        &self.log.history.evaluations
-    }
-
-    /// What its log says.
+    /// What its log says; many episodes or evaluations are thinned evenly, but include the latest.
     pub fn history(&self) -> &RunHistory {
         &self.log.history
     }

@@ -4,13 +4,11 @@ use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use mge_base::stop::Stop;
 use mge_guidance::ActionPrior;
 use mge_run::{EventReader, Poll, RunDirectory, RunHistory};
 use mge_task::Task;
 use mge_trainer::saved_prior;
 
-use super::job::CANCELLED;
 use super::loader::Loader;
 
 /// Maximum number of episodes, and of evaluations, kept of a run; those of longer runs are thinned evenly.
@@ -111,43 +109,11 @@ impl RunLog {
     }
 }
 
-/// The prior of a run, if it has one, or why it cannot be used.
-pub type PriorOutcome = Result<Option<Arc<ActionPrior>>, String>;
-
-/// The existing log and prior of a run.
-pub struct Recorded {
-    /// The log, read to its end.
-    pub log: RunLog,
-    /// The problem of the first invalid line of the log.
-    pub problem: Option<String>,
-    /// The prior.
-    pub prior: PriorOutcome,
-}
-
-impl Recorded {
-    /// Reads the log and the prior of a run on a task.
-    ///
-    /// # Errors
-    /// When the log cannot be read, or `stop` is requested.
-    pub fn read(directory: &RunDirectory, task: &Task, stop: &Stop) -> Result<Self, String> {
-        let (mut log, mut problem) = (RunLog::new(directory, MAX_KEPT), None);
-        loop {
-            let news = log.read()?;
-            problem = problem.or(news.problems.first().map(ToString::to_string));
-            log.latest = news.events.iter().map(|logged| logged.time).fold(log.latest, f64::max);
-            if !news.more {
-                break;
-            }
-            if stop.is_requested() {
-                return Err(CANCELLED.to_owned());
-            }
-        }
-        Ok(Self { log, problem, prior: read_prior(directory, task) })
-    }
-}
-
-/// Reads the saved prior of a run on a task.
-pub fn read_prior(directory: &RunDirectory, task: &Task) -> PriorOutcome {
+/// The saved prior of a run on a task, if it has one.
+///
+/// # Errors
+/// Why it cannot be used.
+pub fn read_prior(directory: &RunDirectory, task: &Task) -> Result<Option<Arc<ActionPrior>>, String> {
     let prior = saved_prior(directory, task).map_err(|error| error.to_string())?;
     Ok(prior.map(Arc::new))
 }

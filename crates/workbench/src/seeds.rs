@@ -58,7 +58,7 @@ mod tests {
         play(&mut session, "method ddpg\nset ddpg.hidden 4\nepisodes 2\nseed 7\ntrain seeds 3\nwait\n");
         let seeds: Vec<u64> = session.runs().iter().map(|run| run.config().seed).collect();
         assert_eq!((seeds, session.config().seed), (vec![7, 8, 9], 7));
-        assert!(session.runs().iter().all(|run| run.records().len() == 2));
+        assert!(session.runs().iter().all(|run| run.history().records.len() == 2));
         let elsewhere = tempfile::tempdir().unwrap();
         let mut second = Session::new(mge_task::load("task1").unwrap(), elsewhere.path().to_owned());
         play(&mut second, &session.to_script());

@@ -231,26 +231,23 @@ impl Session {
 
     /// Applies the results of background work and returns the notices since the last call.
     pub fn poll(&mut self) -> Vec<Notice> {
-        self.advance();
+        self.advance(true);
         std::mem::take(&mut self.notices)
     }
 
     /// Like [`Session::poll`], but never waits for the disk: the logs of runs are read in the background.
     pub fn poll_in_background(&mut self) -> Vec<Notice> {
-        self.advance_by(RunView::poll_in_background);
+        self.advance(false);
         std::mem::take(&mut self.notices)
     }
 
-    /// Applies the results of background work; the next poll returns the notices.
-    pub(super) fn advance(&mut self) {
-        self.advance_by(RunView::poll);
-    }
-
-    fn advance_by(&mut self, read: fn(&mut RunView) -> (Vec<Event>, bool)) {
+    /// Applies the results of background work, and the events of the runs, for which it `waits`; the next poll returns
+    /// the notices.
+    pub(super) fn advance(&mut self, waits: bool) {
         self.advance_jobs();
         let mut effects = Vec::new();
         for run in &mut self.runs.all {
-            let (events, changed) = read(run);
+            let (events, changed) = run.poll(waits);
             if changed && events.is_empty() {
                 self.notices.push(Notice::Changed);
             }
@@ -286,12 +283,12 @@ impl Session {
     }
 
     pub(super) fn expect(&mut self, expected: &Expect) -> Result<String, SessionError> {
-        self.advance();
+        self.advance(true);
         let run = || self.run().ok_or(SessionError::NoRun);
         let found = match expected.quantity {
             Quantity::Episodes => run()?.episodes() as f64,
-            Quantity::Success => run()?.records().last().map_or(0.0, |record| record.rolling_success),
-            Quantity::Greedy => run()?.evaluations().last().map_or(0.0, |evaluation| evaluation.success),
+            Quantity::Success => run()?.history().records.last().map_or(0.0, |record| record.rolling_success),
+            Quantity::Greedy => run()?.history().evaluations.last().map_or(0.0, |evaluation| evaluation.success),
             Quantity::Clusters => {
                 let prior = self.prior().ok_or(SessionError::NoClusters)?;
                 prior.stages.iter().map(|stage| stage.clusters.len()).sum::<usize>() as f64

@@ -255,14 +255,14 @@ fn a_run_has_a_phase_evaluations_and_past_episodes() {
     let paused = session.run().unwrap();
     assert_eq!((paused.phase(), paused.state()), (Some(Phase::Paused), RunState::Paused));
     assert!(paused.live.is_none() && paused.prior().is_none());
-    assert_eq!(paused.evaluations().iter().map(|evaluation| evaluation.episode).collect::<Vec<_>>(), [1]);
+    assert_eq!(paused.history().evaluations.iter().map(|evaluation| evaluation.episode).collect::<Vec<_>>(), [1]);
     paused.request_live();
     run(&mut session, "resume\nwait");
     let finished = session.run().unwrap();
     assert_eq!((finished.phase(), finished.state()), (None, RunState::Finished));
     assert_eq!(finished.live.as_ref().unwrap().trace.episode, 2);
     let first = finished.saved().past_episode(1).unwrap();
-    assert_eq!((first.episode, first.steps.len() as u64), (1, finished.records()[0].steps));
+    assert_eq!((first.episode, first.steps.len() as u64), (1, finished.history().records[0].steps));
     assert_eq!(session.run_numbered(0).map(RunView::name), Some(finished.name()));
     assert!(session.run_numbered(1).is_none());
 }

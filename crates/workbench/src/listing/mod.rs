@@ -165,7 +165,7 @@ impl Listing {
         if let Some(known) = on_disk.filter(|_| run.unread) {
             return RunSummary { opened: true, ..RunSummary::clone(known) };
         }
-        let records = run.records();
+        let records = &run.history().records;
         if !curves.is_of(records) {
             curves = Arc::new(Curves::of(records, &run.history().times));
         }

@@ -17,7 +17,6 @@ use super::SessionError;
 use super::command::{Command, Continue, Delete, Evaluate, Open, Restore, Stop};
 use super::job::Reporter;
 use super::run::RunView;
-use super::run_log::Recorded;
 use super::session::{Session, episode_number, no_such_run};
 use super::setup::{Setup, nothing_to};
 use mge_base::paths::entries;
@@ -114,15 +113,15 @@ impl Session {
             return Ok(number);
         }
         let mut run = RunView::open(folder)?;
-        let (directory, task) = (run.directory().clone(), run.config().task.clone());
+        let read = RunView::open(folder)?;
         run.unread = true;
         let number = self.runs.add(run, matches!(command, Command::Restore(_)));
         let report = format!("opened {}", folder.display());
-        let work = move |reporter: &Reporter| Recorded::read(&directory, &task, reporter.stop());
-        self.start_job(command, work, move |session, recorded| {
+        let work = move |reporter: &Reporter| read.with_whole_log(reporter.stop());
+        self.start_job(command, work, move |session, read| {
             // The run may have been deleted meanwhile.
             let Some(run) = session.run_numbered_mut(number) else { return Ok(report) };
-            run.take_recorded(recorded).map(|()| report)
+            run.take_over(read).map(|()| report)
         });
         Ok(number)
     }

@@ -13,12 +13,12 @@ fn past_events_of_an_opened_run_are_read_but_not_reported() {
     assert_eq!(report, format!("opened {}", path.display()));
     let mut events = 0;
     session.wait(|notice| events += usize::from(matches!(notice, Notice::Run { .. }))).unwrap();
-    assert_eq!((events, session.run().unwrap().records().len()), (0, 3));
+    assert_eq!((events, session.run().unwrap().history().records.len()), (0, 3));
     let script = session.to_script();
     assert!(script.contains(&format!("open {}", quoted(&path))), "{script}");
     drop(session);
     let session = Session::on_run(&path).unwrap();
-    assert_eq!((session.runs().len(), session.run().unwrap().records().len()), (1, 3));
+    assert_eq!((session.runs().len(), session.run().unwrap().history().records.len()), (1, 3));
     assert!(session.to_script().contains("open "), "{}", session.to_script());
 }
 
@@ -37,9 +37,9 @@ fn many_episodes_of_a_run_are_thinned_evenly() {
     session.wait(|_| ()).unwrap();
     for session in [session, Session::on_run(&path).unwrap()] {
         let run = session.run().unwrap();
-        assert_eq!((run.episodes(), run.records().last().unwrap().episode), (40_000, 40_000));
-        assert!((8_000..=16_384).contains(&run.records().len()), "{}", run.records().len());
-        assert!(run.records().iter().all(|record| record.episode.is_multiple_of(4)));
+        assert_eq!((run.episodes(), run.history().records.last().unwrap().episode), (40_000, 40_000));
+        assert!((8_000..=16_384).contains(&run.history().records.len()), "{}", run.history().records.len());
+        assert!(run.history().records.iter().all(|record| record.episode.is_multiple_of(4)));
     }
 }
 
@@ -58,7 +58,7 @@ fn a_run_of_another_session_is_controlled_through_its_folder() {
             std::thread::yield_now();
         }
     };
-    wait(&mut owner, &|run| run.records().len() > 2);
+    wait(&mut owner, &|run| run.history().records.len() > 2);
     let mut other = Session::on_run(&path).unwrap();
     let error = apply(&mut other, "continue").unwrap_err();
     assert!(error.contains(&std::process::id().to_string()), "names this process: {error}");
@@ -66,10 +66,10 @@ fn a_run_of_another_session_is_controlled_through_its_folder() {
     wait(&mut owner, &|run| run.state() == RunState::Paused);
     apply(&mut other, "epsilon 0.25").unwrap();
     other.poll();
-    let wanted = owner.run().unwrap().records().len() + 10;
+    let wanted = owner.run().unwrap().history().records.len() + 10;
     apply(&mut other, &format!("resume until {wanted}")).unwrap();
-    wait(&mut owner, &|run| run.records().len() >= wanted && run.state() == RunState::Paused);
-    assert_eq!(owner.run().unwrap().records().len(), wanted);
+    wait(&mut owner, &|run| run.history().records.len() >= wanted && run.state() == RunState::Paused);
+    assert_eq!(owner.run().unwrap().history().records.len(), wanted);
     drop(other);
     owner.poll();
     assert!(owner.run().unwrap().is_active(), "a session that only opened the run does not end it");
