@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use divan::Bencher;
-use mge::OffscreenWorkbench;
+use mge::App;
 use mge::run::{EpisodeRecord, Event, PlayedAction, PlayedEpisode, RunDirectory, RunState, RunWriter, Source};
 use mge::task;
 use mge::trainer::RunConfig;
@@ -53,17 +53,17 @@ fn cost_of_the_screen() {
         for line in ["method ddpg-uniform".to_owned(), "episodes 1500".to_owned(), format!("train {}", run.display())] {
             session.apply(Command::parse(&line).expect("a command").expect("no comment")).expect("a run");
         }
-        let mut workbench = OffscreenWorkbench::new(session);
-        workbench.press(keys).expect("keys");
+        let mut workbench = App::offscreen(session);
+        workbench.press_keys(keys).expect("keys");
         let mut terminal = Terminal::new(TestBackend::new(200, 60)).expect("a backend that cannot fail");
         let now = || ["/proc/thread-self/stat", "/proc/self/stat"].map(processor_seconds);
         let (begun, since) = (now(), Instant::now());
         let directory = RunDirectory::open(&run).expect("a run");
         let mut frames = 0;
         loop {
-            workbench.pass(LOOK);
+            workbench.tick(LOOK);
             if workbench.is_changed() {
-                workbench.draw(&mut terminal).expect("a backend that cannot fail");
+                terminal.draw(|frame| workbench.draw(frame)).expect("a backend that cannot fail");
                 frames += 1;
             } else if directory.status().is_ok_and(|status| status.state == RunState::Finished) {
                 break;
@@ -118,12 +118,12 @@ fn session(folder: &Path) -> Session {
 #[divan::bench(args = ["1 z", "2", "3", "4", "4 enter", "5", "6", "8", "?"])]
 fn frame_200x60(bencher: Bencher, keys: &str) {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let mut workbench = OffscreenWorkbench::new(session(folder.path()));
+    let mut workbench = App::offscreen(session(folder.path()));
     let mut terminal = Terminal::new(TestBackend::new(200, 60)).expect("a backend that cannot fail");
-    workbench.press(keys).expect("keys");
+    workbench.press_keys(keys).expect("keys");
     bencher.bench_local(|| {
-        workbench.pass(FRAME);
-        workbench.draw(&mut terminal)
+        workbench.tick(FRAME);
+        terminal.draw(|frame| workbench.draw(frame)).map(drop)
     });
 }
 
@@ -139,29 +139,29 @@ fn key_among_10000_runs(bencher: Bencher) {
             std::fs::hard_link(folder.path().join("run").join(file), run.join(file)).expect("a file of the run");
         }
     }
-    let mut workbench = OffscreenWorkbench::new(session);
+    let mut workbench = App::offscreen(session);
     let mut terminal = Terminal::new(TestBackend::new(200, 60)).expect("a backend that cannot fail");
-    workbench.press("5").expect("keys");
+    workbench.press_keys("5").expect("keys");
     while workbench.is_reading_runs() {
         std::thread::sleep(FRAME);
-        workbench.pass(FRAME);
+        workbench.tick(FRAME);
     }
     bencher.bench_local(|| {
-        workbench.press("down").expect("keys");
-        workbench.pass(FRAME);
-        workbench.draw(&mut terminal)
+        workbench.press_keys("down").expect("keys");
+        workbench.tick(FRAME);
+        terminal.draw(|frame| workbench.draw(frame)).map(drop)
     });
 }
 
 /// Lets time pass until the screen has not changed for a while, so that nothing more is being read.
-fn wait_until_drawn(workbench: &mut OffscreenWorkbench, terminal: &mut Terminal<TestBackend>) {
+fn wait_until_drawn(workbench: &mut App, terminal: &mut Terminal<TestBackend>) {
     const QUIET: Duration = Duration::from_secs(3);
     let mut changed = Instant::now();
     let mut before = terminal.backend().buffer().clone();
     while changed.elapsed() < QUIET {
         std::thread::sleep(FRAME);
-        workbench.pass(FRAME);
-        workbench.draw(terminal).expect("a backend that cannot fail");
+        workbench.tick(FRAME);
+        terminal.draw(|frame| workbench.draw(frame)).expect("a backend that cannot fail");
         if *terminal.backend().buffer() != before {
             changed = Instant::now();
             before = terminal.backend().buffer().clone();
@@ -194,17 +194,17 @@ fn frame_of_10_groups_of_10_runs(bencher: Bencher, keys: &str) {
     let open = Command::parse(&format!("open {}", first.display())).expect("a command").expect("no comment");
     session.apply(open).expect("a run");
     session.wait(|_| {}).expect("a result");
-    let mut workbench = OffscreenWorkbench::new(session);
+    let mut workbench = App::offscreen(session);
     let mut terminal = Terminal::new(TestBackend::new(200, 60)).expect("a backend that cannot fail");
-    workbench.press("5").expect("keys");
+    workbench.press_keys("5").expect("keys");
     wait_until_drawn(&mut workbench, &mut terminal);
-    workbench.press(keys).expect("keys");
+    workbench.press_keys(keys).expect("keys");
     wait_until_drawn(&mut workbench, &mut terminal);
     bencher.bench_local(|| {
         // As after the end of an episode, everything is redrawn.
         workbench.redraw();
-        workbench.pass(FRAME);
-        workbench.draw(&mut terminal)
+        workbench.tick(FRAME);
+        terminal.draw(|frame| workbench.draw(frame)).map(drop)
     });
 }
 
@@ -212,14 +212,14 @@ fn frame_of_10_groups_of_10_runs(bencher: Bencher, keys: &str) {
 #[divan::bench]
 fn key_that_scrubs(bencher: Bencher) {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let mut workbench = OffscreenWorkbench::new(session(folder.path()));
+    let mut workbench = App::offscreen(session(folder.path()));
     let mut terminal = Terminal::new(TestBackend::new(200, 60)).expect("a backend that cannot fail");
-    workbench.press("4 z z left space").expect("keys");
+    workbench.press_keys("4 z z left space").expect("keys");
     wait_until_drawn(&mut workbench, &mut terminal);
     let mut keys = ["left", "right"].into_iter().cycle();
     bencher.bench_local(|| {
-        workbench.press(keys.next().expect("it does not end")).expect("keys");
-        workbench.pass(FRAME);
-        workbench.draw(&mut terminal)
+        workbench.press_keys(keys.next().expect("it does not end")).expect("keys");
+        workbench.tick(FRAME);
+        terminal.draw(|frame| workbench.draw(frame)).map(drop)
     });
 }

@@ -61,6 +61,6 @@ pub use cli::run as run_program;
 #[doc(hidden)]
 pub use memory::keep_freed_blocks;
 
-/// The terminal's screens without a terminal, for the benchmarks.
+/// The workbench on screen, for the benchmarks.
 #[doc(hidden)]
-pub use tui::OffscreenWorkbench;
+pub use tui::App;

@@ -24,9 +24,9 @@ mod view;
 mod widgets;
 
 pub use actions::{Entry, entries};
+pub use app::App;
 #[cfg(any(test, fuzzing))]
 pub use fuzz::interface;
-pub use offscreen::OffscreenWorkbench;
 pub use run::{ExitReason, Options, run};
 pub use terminal::Notify;
 

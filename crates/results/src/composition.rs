@@ -47,9 +47,9 @@ pub struct Composition {
 
 /// A composed figure with its provenance.
 #[derive(Debug)]
-pub struct Composed {
+pub struct Composed<F = LearningCurves> {
     /// The figure.
-    pub figure: LearningCurves,
+    pub figure: F,
     /// Seeds of the runs shown.
     pub seeds: Vec<u64>,
     /// Hash of their configurations.

@@ -16,12 +16,7 @@ use mge_trainer::RunConfig;
 pub type FigureJob = Box<dyn FnOnce(&mut dyn FnMut(usize, usize)) -> Result<DrawnFigure, String> + Send>;
 
 /// A figure and its provenance.
-pub struct DrawnFigure {
-    /// The figure.
-    pub figure: Box<dyn Figure + Send>,
-    seeds: Vec<u64>,
-    config_hash: String,
-}
+pub type DrawnFigure = Composed<Box<dyn Figure + Send>>;
 
 impl Session {
     /// Starts writing a figure, with its data as CSV beside it.

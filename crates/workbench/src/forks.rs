@@ -58,7 +58,7 @@ impl Session {
 
     /// The command whose fork is being made, and how many of the repeated episodes are done.
     pub fn forking(&self) -> Option<(String, Progress)> {
-        let pending = self.job(|command| matches!(command, Command::Fork(_)))?;
+        let pending = self.job(Command::is_fork)?;
         Some((pending.command.to_string(), pending.job.progress()))
     }
 

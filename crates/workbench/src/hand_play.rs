@@ -14,7 +14,7 @@ use mge_trainer::{Source, Trace};
 pub struct HandPlay {
     env: Environment,
     /// The episode so far.
-    pub trace: Trace,
+    pub trace: Arc<Trace>,
 }
 
 impl HandPlay {
@@ -22,7 +22,7 @@ impl HandPlay {
     pub fn new(task: Arc<Task>, seed: u64) -> Self {
         let mut env = Environment::new(task);
         env.reset(&mut ChaCha8Rng::seed_from_u64(seed));
-        Self { trace: Trace::begin(&env, 0), env }
+        Self { trace: Arc::new(Trace::begin(&env, 0)), env }
     }
 
     /// Places the task's tool and simulates one action interval.
@@ -30,7 +30,7 @@ impl HandPlay {
     /// # Errors
     /// When the episode is over.
     pub fn place(&mut self, place: Action) -> Result<Step, EpisodeOver> {
-        self.trace.step(&mut self.env, place, Source::Hand)
+        Arc::make_mut(&mut self.trace).step(&mut self.env, place, Source::Hand)
     }
 
     /// The current state of the episode.

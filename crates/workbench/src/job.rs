@@ -1,12 +1,12 @@
 //! Background jobs: computations with progress, cancellation and a result.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::{fmt, io};
 
 use mge_base::stop::Stop;
+use mge_base::sync::lock;
 use mge_trainer::panic_message;
 
 /// The error of a computation that ended because it was cancelled.
@@ -22,8 +22,7 @@ pub struct Job<T> {
 /// State shared by the computation and the owner of the job.
 #[derive(Debug, Default)]
 struct Shared {
-    done: AtomicUsize,
-    total: AtomicUsize,
+    progress: Mutex<Progress>,
     cancelled: Stop,
 }
 
@@ -50,8 +49,7 @@ pub struct Reporter(Arc<Shared>);
 impl Reporter {
     /// Reports how much is done; false if the computation should end.
     pub fn progress(&self, done: usize, total: usize) -> bool {
-        self.0.done.store(done, Ordering::Release);
-        self.0.total.store(total, Ordering::Release);
+        *lock(&self.0.progress) = Progress { done, total };
         !self.stop().is_requested()
     }
 
@@ -84,8 +82,7 @@ impl<T: Send + 'static> Job<T> {
 
     /// How much is done.
     pub fn progress(&self) -> Progress {
-        let [done, total] = [&self.shared.done, &self.shared.total].map(|count| count.load(Ordering::Acquire));
-        Progress { done, total }
+        *lock(&self.shared.progress)
     }
 
     /// Whether the result is available.

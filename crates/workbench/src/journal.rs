@@ -71,28 +71,31 @@ impl Journal {
     /// Records a command that does not depend on a training; `run` is the current run after it. Returns the number of
     /// the entry.
     pub fn note(&mut self, command: Command, run: Option<usize>) -> u64 {
+        self.note_at(command, run, Vec::new())
+    }
+
+    /// Records a command that took effect when trainings had finished these episodes, if it depends on any; it acted on
+    /// the first, or else on `run`. Commands take effect late, so the entry is inserted before those of later episodes.
+    /// Returns the number of the entry.
+    pub fn note_at(&mut self, command: Command, run: Option<usize>, at: Vec<(usize, u32)>) -> u64 {
         if command == NEW_CLUSTERS {
             self.forget_unused_clusters();
         }
-        self.insert(self.entries.len(), command, run, Vec::new())
-    }
-
-    /// Records a command that took effect when trainings had finished these episodes; it acted on the first. Commands
-    /// take effect late, so the entry is inserted before those of later episodes. Returns the number of the entry.
-    pub fn note_at(&mut self, command: Command, at: Vec<(usize, u32)>) -> u64 {
         let starts = |entry: &Entry| at.iter().any(|(run, _)| entry.starts(*run));
         let start = self.entries.iter().rposition(starts).map_or(0, |start| start + 1);
         let is_later =
             |entry: &Entry| at.iter().any(|(run, episode)| entry.episode_of(*run).is_some_and(|of| of > *episode));
         let later = self.entries[start..].iter().position(is_later);
         let place = later.map_or(self.entries.len(), |offset| start + offset);
-        let run = at.first().map(|(run, _)| *run);
-        self.insert(place, command, run, at)
+        let run = at.first().map(|(run, _)| *run).or(run);
+        self.entries_created += 1;
+        self.entries.insert(place, Entry { number: self.entries_created, command, run, at });
+        self.entries_created
     }
 
     /// Records that the session's clusters were sent to a training.
     pub fn note_guide(&mut self, run: usize) {
-        self.note_at(Guide.into(), vec![(run, SENT)]);
+        self.note_at(Guide.into(), None, vec![(run, SENT)]);
     }
 
     /// Records when a training took the clusters sent to it.
@@ -108,7 +111,7 @@ impl Journal {
         let command = Command::from(Epsilon(schedule.clone()));
         // In a script, one command sets that of the next run as well, unless others came in between.
         self.entries.pop_if(|last| last.command == command && last.at.is_empty());
-        self.note_at(command, vec![(run, episode)]);
+        self.note_at(command, None, vec![(run, episode)]);
         if schedule != *usual {
             self.note(set_epsilon(usual), None);
         }
@@ -117,12 +120,6 @@ impl Journal {
     /// Removes the entries of a command that had no effect.
     pub fn forget(&mut self, numbers: &[u64]) {
         self.entries.retain(|entry| !numbers.contains(&entry.number));
-    }
-
-    fn insert(&mut self, place: usize, command: Command, run: Option<usize>, at: Vec<(usize, u32)>) -> u64 {
-        self.entries_created += 1;
-        self.entries.insert(place, Entry { number: self.entries_created, command, run, at });
-        self.entries_created
     }
 
     /// Removes the latest computation of clusters if nothing but edits followed, that is, nothing
@@ -285,7 +282,7 @@ mod tests {
         let mut journal = Journal::default();
         for (line, at) in entries {
             match at {
-                Some(episode) => journal.note_at(command(line), vec![(0, *episode)]),
+                Some(episode) => journal.note_at(command(line), None, vec![(0, *episode)]),
                 None => journal.note(command(line), Some(0)),
             };
         }
@@ -333,10 +330,10 @@ mod tests {
         journal.note(command("train a"), Some(0));
         journal.note(command("seed 1"), Some(0));
         journal.note(command("train b"), Some(1));
-        journal.note_at(command("epsilon 0.3"), vec![(1, 5)]);
+        journal.note_at(command("epsilon 0.3"), None, vec![(1, 5)]);
         journal.note(command("watch 1"), Some(0));
-        journal.note_at(command("epsilon 0.2"), vec![(0, 30)]);
-        journal.note_at(command("stop"), vec![(1, 9)]);
+        journal.note_at(command("epsilon 0.2"), None, vec![(0, 30)]);
+        journal.note_at(command("stop"), None, vec![(1, 9)]);
         journal.note(command("expect episodes = 30"), Some(0));
         let text = journal.to_script();
         let lines: Vec<&str> = text.lines().skip(1).collect();
@@ -379,7 +376,7 @@ mod tests {
     fn a_command_without_effect_in_a_training_is_removed() {
         let mut journal = Journal::default();
         journal.note(command("train a"), Some(0));
-        let number = journal.note_at(command("figure learning b.png"), vec![(0, 5)]);
+        let number = journal.note_at(command("figure learning b.png"), None, vec![(0, 5)]);
         journal.forget(&[number]);
         assert_eq!(journal.to_script().lines().skip(1).collect::<Vec<_>>(), ["train a", "wait"]);
     }
@@ -414,7 +411,7 @@ mod tests {
         journal.note(command("train a"), Some(0));
         journal.note(command("watch 1"), Some(0));
         journal.note(command("fork 3"), Some(1));
-        journal.note_at(command("epsilon 0.2"), vec![(1, 5)]);
+        journal.note_at(command("epsilon 0.2"), None, vec![(1, 5)]);
         let text = journal.to_script();
         let lines: Vec<&str> = text.lines().skip(1).collect();
         assert_eq!(lines, ["train a", "wait", "fork 3 until 5", "wait", "epsilon 0.2", "resume", "wait"]);
@@ -444,7 +441,7 @@ mod tests {
         journal.note_guide(0);
         assert_eq!(lines(&journal), "train a; wait; clusters; wait", "it has not taken them");
         journal.note(command("clusters"), Some(0));
-        journal.note_at(command("figure learning b.png"), vec![(0, 5)]);
+        journal.note_at(command("figure learning b.png"), None, vec![(0, 5)]);
         journal.note_guided(0, 7);
         let first = "train a until 5; wait; clusters; wait; figure learning b.png; resume until 7; wait; ";
         assert_eq!(lines(&journal), format!("{first}guide; resume; wait; clusters; wait"));
@@ -465,7 +462,7 @@ mod tests {
         let mut journal = Journal::default();
         journal.note(command("train a"), Some(0));
         journal.note(command("train b"), Some(1));
-        journal.note_at(command("figure learning c.png"), vec![(1, 3), (0, 8)]);
+        journal.note_at(command("figure learning c.png"), None, vec![(1, 3), (0, 8)]);
         journal.note(command("delete %1"), Some(1));
         let paused = "train a until 8; wait; train b until 3; wait; figure learning c.png";
         assert_eq!(lines(&journal), format!("{paused}; resume; wait; watch 1; resume; wait; delete '%1'"));

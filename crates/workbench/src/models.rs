@@ -11,10 +11,6 @@ use mge_experiments::sweep::ModelJob;
 /// The folder for models trained in the workbench.
 pub const MODELS: &str = "models";
 
-fn is_model_work(command: &Command) -> bool {
-    matches!(command, Command::ModelTrain(_))
-}
-
 impl Session {
     /// Starts training a model, written to a file. Only one is trained at a time, as that keeps all cores busy.
     pub(super) fn train_model(&mut self, command: &ModelTrain) -> Result<String, SessionError> {
@@ -43,13 +39,13 @@ impl Session {
         let Some((name, _)) = self.model_work() else {
             return Err(SessionError::Failed("no dynamics model is being trained".to_owned()));
         };
-        self.cancel_jobs(is_model_work);
+        self.cancel_jobs(Command::is_model_train);
         Ok(format!("ended: {name}"))
     }
 
     /// The file and progress of the current training of a model.
     pub fn model_work(&self) -> Option<(String, Progress)> {
-        let pending = self.job(is_model_work)?;
+        let pending = self.job(Command::is_model_train)?;
         let Command::ModelTrain(train) = &pending.command else { return None };
         Some((format!("training {}", train.to.path.display()), pending.job.progress()))
     }

@@ -18,26 +18,17 @@ fn inputs(config: &RunConfig) -> RolloutInputs {
     RolloutInputs { task: Arc::new(task), source: config.prior.clone(), ..RolloutInputs::of(config) }
 }
 
-fn is_propose(command: &Command) -> bool {
-    matches!(command, Command::Propose(_))
-}
-
 impl Session {
     /// Starts searching for subgoals, by default as many as the task has.
     pub(super) fn propose(&mut self, command: &Propose) -> Result<String, SessionError> {
         self.setup.config.validate()?;
         let count = command.0.unwrap_or(self.task().subgoals.len().max(1));
-        self.forget_proposals();
+        self.cancel_jobs(Command::is_propose);
         let config = self.setup.config.clone();
         let key = inputs(&config);
         let work = move |reporter: &Reporter| search(&config, count, reporter);
         self.start_job(Propose(Some(count)), work, move |session, result| session.take_proposals(&key, count, result?));
         Ok(format!("looking for {}", counted(count, "subgoal")))
-    }
-
-    /// Cancels a search for subgoals.
-    pub(super) fn forget_proposals(&mut self) {
-        self.cancel_jobs(is_propose);
     }
 
     fn take_proposals(&mut self, key: &RolloutInputs, count: usize, choice: ChosenSubgoals) -> Result<String, String> {
@@ -76,7 +67,7 @@ impl Session {
 
     /// Progress of the search for subgoals, in candidates, while it runs.
     pub fn proposing(&self) -> Option<Progress> {
-        self.job(is_propose).map(|pending| pending.job.progress())
+        self.job(Command::is_propose).map(|pending| pending.job.progress())
     }
 }
 

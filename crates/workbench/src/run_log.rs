@@ -9,7 +9,7 @@ use mge_run::{EventReader, Poll, RunDirectory, RunHistory};
 use mge_task::Task;
 use mge_trainer::saved_prior;
 
-use super::loader::Loader;
+use super::job::Job;
 
 /// Maximum number of episodes, and of evaluations, kept of a run; those of longer runs are thinned evenly.
 pub const MAX_KEPT: NonZeroUsize = NonZeroUsize::new(16_384).unwrap();
@@ -26,16 +26,15 @@ pub struct RunLog {
     most: NonZeroUsize,
     /// Time of the latest event.
     pub latest: f64,
-    /// The part that is read in the background, by the number of parts before it.
-    reading: Loader<u64, Part>,
-    pub parts: u64,
+    /// The part that is read in the background.
+    pub reading: Option<Job<Part>>,
     /// When the latest read in the background began.
     read_at: Instant,
 }
 
 /// A part of a log.
 #[derive(Debug)]
-struct Part {
+pub struct Part {
     news: Result<Poll, String>,
     /// The reader after it.
     reader: EventReader,
@@ -54,8 +53,7 @@ impl RunLog {
             history: RunHistory::bounded(most),
             most,
             latest: f64::NEG_INFINITY,
-            reading: Loader::default(),
-            parts: 0,
+            reading: None,
             read_at: Instant::now(),
         }
     }
@@ -66,7 +64,7 @@ impl RunLog {
     /// Why it cannot be read.
     pub fn read(&mut self) -> Result<Poll, String> {
         // What is being read in the background is then out of date.
-        self.parts += 1;
+        self.reading = None;
         let news = self.reader.poll().map_err(|error| error.to_string())?;
         self.follow(&news);
         Ok(news)
@@ -77,11 +75,9 @@ impl RunLog {
     /// `has_ended`.
     pub fn poll(&mut self, is_active: bool, has_ended: bool) -> Option<(Result<Poll, String>, bool, String)> {
         let mut found = None;
-        if self.reading.poll()
-            && let Some((parts, Ok(Part { news, reader, has_ended, name }))) = self.reading.take()
-            && parts == self.parts
+        if let Some(job) = self.reading.take_if(|job| job.is_finished())
+            && let Ok(Part { news, reader, has_ended, name }) = job.result()
         {
-            self.parts += 1;
             self.reader = reader;
             if let Ok(news) = &news {
                 self.follow(news);
@@ -90,13 +86,14 @@ impl RunLog {
         }
         let more = matches!(&found, Some((Ok(news), ..)) if news.more);
         let is_last = !more && matches!(&found, Some((_, true, _)));
-        if more || (has_ended && !is_last) || self.read_at.elapsed() >= READ_EVERY[usize::from(!is_active)] {
+        let is_due = more || (has_ended && !is_last) || self.read_at.elapsed() >= READ_EVERY[usize::from(!is_active)];
+        if is_due && self.reading.is_none() {
             let (mut reader, run) = (self.reader.clone(), self.run.clone());
             self.read_at = Instant::now();
-            self.reading.request(self.parts, Duration::ZERO, move |_| {
+            self.reading = Some(Job::spawn(move |_| {
                 let news = reader.poll().map_err(|error| error.to_string());
                 Ok(Part { news, reader, has_ended, name: run.name() })
-            });
+            }));
         }
         found
     }
@@ -161,9 +158,7 @@ mod tests {
         poll(&mut other);
         finish(10);
         assert_eq!(other.read().unwrap().events.len(), 1);
-        while other.reading.is_loading() {
-            assert!(other.poll(false, false).is_none());
-        }
+        assert!(other.reading.is_none() && other.poll(false, false).is_none());
         assert_eq!(other.history.records.len(), 10);
     }
 

@@ -124,10 +124,7 @@ impl Session {
         if unrecorded {
             return Ok(report);
         }
-        let entry = match at.is_empty() {
-            true => self.journal.note(recorded, self.runs.current),
-            false => self.journal.note_at(recorded, at),
-        };
+        let entry = self.journal.note_at(recorded, self.runs.current, at);
         // An earlier job of the same command, such as that of a run opened twice, decides about both entries.
         if let Some(pending) = self.jobs.iter_mut().rev().find(|pending| pending.command == command) {
             pending.entries.push(entry);
@@ -224,7 +221,7 @@ impl Session {
                 }
             }
             Event::ClustersChanged { given: true, .. } => self.journal.note_guided(run, episode),
-            Event::Stopped { .. } => _ = self.journal.note_at(Stop.into(), vec![(run, episode)]),
+            Event::Stopped { .. } => _ = self.journal.note_at(Stop.into(), None, vec![(run, episode)]),
             _ => {}
         }
     }
@@ -362,7 +359,7 @@ impl Session {
     pub fn to_script(&self) -> String {
         let mut journal = self.journal.clone();
         for run in self.runs.all.iter().filter(|run| run.is_active() && run.state() == RunState::Paused) {
-            journal.note_at(Pause.into(), vec![(run.number, episode_number(run.episodes()))]);
+            journal.note_at(Pause.into(), None, vec![(run.number, episode_number(run.episodes()))]);
         }
         journal.to_script()
     }

@@ -125,7 +125,7 @@ mod tests {
 
     use super::*;
     use crate::tui::chart::Window;
-    use crate::tui::widgets::theme::{Depth, Marker, Palette};
+    use crate::tui::widgets::theme::{ASCII, Depth, Marker, Palette};
 
     static EPISODES: std::sync::LazyLock<Vec<u64>> = std::sync::LazyLock::new(|| (1..=100_000).collect());
 
@@ -159,7 +159,7 @@ mod tests {
     #[test]
     fn a_ramp_rises_from_left_to_right() {
         let values: Vec<f32> = (0..20).map(|i| i as f32).collect();
-        let lines = lines(&plot(&values, &[]), Marker::Ascii);
+        let lines = lines(&plot(&values, &[]), ASCII);
         assert_eq!(lines[0], "loss  a: 19");
         assert!(lines[1].ends_with('*') && lines[4].contains("|***"), "{lines:#?}");
         assert_eq!(lines[5].trim_start(), "10        20");
@@ -171,7 +171,7 @@ mod tests {
         values[9] = f32::NAN;
         values[10] = f32::INFINITY;
         values[0] = 2.0;
-        let lines = lines(&plot(&values, &[]), Marker::Ascii);
+        let lines = lines(&plot(&values, &[]), ASCII);
         assert!(lines[4].contains("* ") && lines[4].ends_with("*"), "{lines:#?}");
         assert!(!lines[0].contains("inf"));
     }
@@ -180,7 +180,7 @@ mod tests {
     fn a_single_spike_in_a_hundred_thousand_episodes_is_visible() {
         let mut values = vec![0.0; 100_000];
         values[54_321] = 1.0;
-        let lines = lines(&plot(&values, &[]), Marker::Ascii);
+        let lines = lines(&plot(&values, &[]), ASCII);
         assert!(lines[1].contains('*'), "{lines:#?}");
     }
 
@@ -189,7 +189,7 @@ mod tests {
         let values = [1.0; 20];
         let mut plot = plot(&values, &[]);
         plot.curves[0].partial = 10;
-        let lines = lines(&plot, Marker::Ascii);
+        let lines = lines(&plot, ASCII);
         let drawn = lines.iter().find(|line| line.contains('*')).unwrap();
         assert!(drawn.contains("* ") && drawn.ends_with("*********"), "{lines:#?}");
     }
@@ -199,14 +199,14 @@ mod tests {
         let (values, low, high) = ([0.5; 40], [0.0; 40], [1.0; 40]);
         let mut plot = plot(&values, &[]);
         plot.y = Some([0.0, 1.0]);
-        let without = lines(&plot, Marker::Ascii);
+        let without = lines(&plot, ASCII);
         plot.curves[0].band = Some([&low, &high]);
-        let with = lines(&plot, Marker::Ascii);
+        let with = lines(&plot, ASCII);
         let dots = |lines: &[String]| lines.concat().matches('*').count();
         assert!(dots(&with) > dots(&without) + 10, "{with:#?}");
         assert_eq!(with[0], without[0]);
         plot.curves[0].band = Some([&[f32::NAN; 40], &high]);
-        assert_eq!(lines(&plot, Marker::Ascii), without, "a band without bounds is not drawn");
+        assert_eq!(lines(&plot, ASCII), without, "a band without bounds is not drawn");
     }
 
     #[test]
@@ -215,7 +215,7 @@ mod tests {
         let mut plot = plot(&values, &[]);
         let names = ["one", "two", "three", "four", "five", "six", "seven", "eight"];
         plot.curves = names.map(|name| curve(name, &values, &[])).into();
-        let small = lines(&plot, Marker::Ascii);
+        let small = lines(&plot, ASCII);
         assert_eq!(small[..2], ["loss  1  1  1  1  1  1  1", "  1"], "their values in their colours");
         assert!(of_height(&plot, 11).contains("six: 1") && of_height(&plot, 11).contains("+2 more"));
         assert!(of_height(&plot, 14).contains("eight: 1") && !of_height(&plot, 14).contains("more"));
@@ -225,7 +225,7 @@ mod tests {
     fn an_empty_chart_says_what_to_do() {
         let mut long = plot(&[], &[]);
         long.empty = "no episodes yet: t trains";
-        let text = lines(&long, Marker::Ascii).join(" ");
+        let text = lines(&long, ASCII).join(" ");
         assert!(["no episodes yet: t", "trains"].iter().all(|part| text.contains(part)), "{text}");
         assert!(lines(&plot(&[], &[]), Marker::Braille).concat().contains("press t"));
         assert!(lines(&plot(&[f32::NAN; 5], &[]), Marker::Braille).concat().contains("no values here"));
@@ -235,7 +235,7 @@ mod tests {
     fn of_height(plot: &Plot, height: u16) -> String {
         let area = Rect::new(0, 0, 26, height);
         let mut buffer = Buffer::empty(area);
-        let theme = Theme::new(Palette::Dark, Depth::True, Marker::Ascii);
+        let theme = Theme::new(Palette::Dark, Depth::True, ASCII);
         draw(plot, area, &theme, &mut buffer);
         buffer.content.iter().map(|cell| cell.symbol()).collect()
     }

@@ -11,7 +11,7 @@ use super::legend;
 use super::picture::draw_tool;
 use super::view::{BOUNDS, View};
 use crate::tui::widgets::canvas::{self, ellipse};
-use crate::tui::widgets::theme::{Depth, Marker, Theme};
+use crate::tui::widgets::theme::{ASCII, Depth, Theme};
 use mge_physics::{SCREEN, Tool, ToolKind, to_units};
 use mge_trainer::Source;
 
@@ -157,7 +157,7 @@ fn shade(heat: &Heat, view: View, theme: &Theme, buffer: &mut Buffer) {
             let place = |at: u16, length: u16| (f32::from(at) + 0.5) / f32::from(length);
             let value = heat.at([place(column, view.area.width), place(row, view.area.height)]);
             let Some(cell) = buffer.cell_mut((view.area.x + column, view.area.y + row)) else { continue };
-            if theme.depth == Depth::None || theme.marker == Marker::Ascii {
+            if theme.depth == Depth::None || theme.marker == ASCII {
                 if cell.symbol() == " " {
                     cell.set_char([' ', '.', ':', '+', '#'][(share(value) * 4.0).clamp(0.0, 4.0) as usize]);
                 }
@@ -183,7 +183,7 @@ impl Labels<'_> {
     }
 
     fn all(&mut self, content: &Content) {
-        let unicode = self.theme.marker != Marker::Ascii;
+        let unicode = self.theme.marker != ASCII;
         let bold = |colour: Color| Style::new().fg(colour).add_modifier(Modifier::BOLD);
         for (index, subgoal) in content.objects.task.subgoals.iter().enumerate() {
             let reached = content.frame.reached.contains(&index);
@@ -202,7 +202,7 @@ impl Labels<'_> {
         };
         self.put(content.objects.task.goal.position, goal, bold(self.theme.goal));
         self.means(content, if unicode { "+" } else { "x" });
-        if self.theme.marker == Marker::Ascii || self.view.area.height < 12 {
+        if self.theme.marker == ASCII || self.view.area.height < 12 {
             self.put(content.frame.ball, "o", bold(self.theme.ball));
         }
         self.selection(content);

@@ -8,7 +8,7 @@ use ratatui::style::Color;
 
 use super::{Content, Ghost, Heat, Object, Objects, Overlays, View, draw, legend as legend_lines, picture};
 use crate::tui::view::playback::PlaybackFrame;
-use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
+use crate::tui::widgets::theme::{ASCII, Depth, Marker, Palette, Theme};
 use mge_guidance::{ActionPrior, Cluster, GuidanceConfig, StagePrior};
 use mge_physics::Tool;
 use mge_task::{Part, Region, Task};
@@ -148,7 +148,7 @@ fn the_heat_map_has_no_bands_with_256_colours() {
 #[test]
 fn without_colours_or_unicode_the_heat_map_is_characters_between_the_objects() {
     let heat = Heat { side: 2, values: vec![0.0, 1.0, 2.0, f32::NAN] };
-    for (depth, marker) in [(Depth::None, Marker::Braille), (Depth::True, Marker::Ascii)] {
+    for (depth, marker) in [(Depth::None, Marker::Braille), (Depth::True, ASCII)] {
         let theme = Theme::new(Palette::Dark, depth, marker);
         let (before, _) = drawn_in(WHOLE, &theme, |_| {});
         let (buffer, view) = drawn_in(WHOLE, &theme, |content| {
@@ -184,7 +184,7 @@ fn the_legend_has_signs_that_the_terminal_can_show() {
         let theme = Theme::new(Palette::Dark, Depth::True, marker);
         legend_lines(&content(|_| {}), &theme)[0].to_string()
     };
-    assert_eq!([Marker::Braille, Marker::Ascii].map(signs), ["●  ball", "*  ball"]);
+    assert_eq!([Marker::Braille, ASCII].map(signs), ["●  ball", "*  ball"]);
 }
 
 fn legend<'a>(change: impl FnOnce(&mut Content<'a>)) -> String {

@@ -150,11 +150,11 @@ pub fn state_colour(state: &RunState, theme: &Theme) -> Color {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tui::widgets::theme::{Depth, Marker, Palette};
+    use crate::tui::widgets::theme::{ASCII, Depth, Palette};
 
     #[test]
     fn a_bar_is_full_only_at_the_end() {
-        let theme = Theme::new(Palette::Dark, Depth::True, Marker::Ascii);
+        let theme = Theme::new(Palette::Dark, Depth::True, ASCII);
         assert_eq!(bar(0, 0, 4, &theme), "....");
         assert_eq!(bar(999, 1000, 4, &theme), "###.");
         assert_eq!(bar(1000, 1000, 4, &theme), "####");

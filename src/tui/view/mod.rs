@@ -16,15 +16,14 @@ pub use workspace::{SessionWorkspace, Workspace};
 use crate::tui::scene::Objects;
 use mge_agent::Ddpg;
 pub use mge_base::text::span;
-use mge_env::Snapshot;
 use mge_guidance::ActionPrior;
 use mge_run::RunState;
 use mge_task::{Region, Task};
-use mge_trainer::{RunConfig, Trace};
+use mge_trainer::RunConfig;
 pub use mge_workbench::listing::{
     Curves, GroupCurves, Grouping, ModelSummary, RunGroup, RunSummary, XAxis, comparable, cost_of_an_episode,
 };
-use mge_workbench::{PriorState, SavedAgent};
+use mge_workbench::{HandPlay, PriorState, SavedAgent};
 
 use playback::Episode;
 
@@ -66,7 +65,7 @@ pub struct ViewModel {
     /// The watched run.
     pub watched: Option<Watched>,
     /// The episode a person plays.
-    pub hand: HandEpisode,
+    pub hand: HandPlay,
     /// The current work on a dynamics model and its progress as a share.
     pub model_work: Option<(String, Option<f32>)>,
     /// The fork that is being made and its progress as a share.
@@ -106,17 +105,6 @@ pub struct Live {
     pub episode: Arc<Episode>,
     /// Actor and critic after the episode, while this program trains the run.
     pub networks: Option<Arc<Ddpg>>,
-}
-
-/// The episode a person plays.
-#[derive(Debug, Clone)]
-pub struct HandEpisode {
-    /// The task it is played on.
-    pub task: Arc<Task>,
-    /// The actions so far.
-    pub trace: Arc<Trace>,
-    /// The state after them.
-    pub snapshot: Arc<Snapshot>,
 }
 
 /// A line of the log.

@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use educe::Educe;
+
 use mge_env::{Environment, Placement};
 use mge_physics::{PHYSICS_DT, Tool};
 use mge_task::Task;
@@ -125,15 +127,18 @@ impl PlaybackFrame {
 }
 
 /// The playback position of an episode.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Educe)]
+#[educe(Default)]
 pub struct Player {
     /// Not paused.
+    #[educe(Default = true)]
     pub playing: bool,
     /// Held at the start, whether it is playing or not.
     held: bool,
     /// How often the same episode has ended since the last input of the user.
     rounds: u32,
     /// Speed as a multiple of real time.
+    #[educe(Default = 4.0)]
     pub speed: f32,
     step: f32,
 }
@@ -143,12 +148,6 @@ const END_PAUSE: f32 = 1.0;
 /// How often an episode is repeated without input. Then playback stops at its end to save processor time.
 const MAX_REPEATS: u32 = 10;
 const SPEEDS: [f32; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
-
-impl Default for Player {
-    fn default() -> Self {
-        Self { playing: true, held: false, rounds: 0, speed: 4.0, step: 0.0 }
-    }
-}
 
 impl Player {
     /// The physics step to show.

@@ -18,7 +18,7 @@ const CORNERS: usize = 64;
 /// without a dot stay as they are.
 pub fn draw(area: Rect, marker: Marker, bounds: [[f32; 2]; 2], buffer: &mut Buffer, paint: impl Fn(&mut Context)) {
     let [x, y] = bounds.map(|ends| ends.map(f64::from));
-    let canvas = Canvas::default().marker(marker.symbols()).x_bounds(x).y_bounds(y).paint(paint);
+    let canvas = Canvas::default().marker(marker).x_bounds(x).y_bounds(y).paint(paint);
     canvas.render(area.intersection(buffer.area), buffer);
 }
 
@@ -102,6 +102,7 @@ impl Shape for Inside<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tui::widgets::theme::ASCII;
 
     /// The symbols of four by two cells; dots have the coordinates of their indices, from the lower left.
     fn drawn(marker: Marker, paint: impl Fn(&mut Context)) -> Vec<String> {
@@ -123,7 +124,7 @@ mod tests {
     fn filled_shapes_cover_their_inside_in_each_marker_set() {
         let all = |context: &mut Context| fill(context, &[[0.0, 0.0], [7.0, 0.0], [7.0, 7.0], [0.0, 7.0]], Color::Blue);
         assert_eq!(drawn(Marker::Braille, all), ["⣿⣿⣿⣿", "⣿⣿⣿⣿"]);
-        assert_eq!(drawn(Marker::Ascii, all), ["****", "****"]);
+        assert_eq!(drawn(ASCII, all), ["****", "****"]);
         let beyond =
             |context: &mut Context| fill(context, &[[-9.0, 4.0], [3.0, 4.0], [3.0, 99.0], [-9.0, 99.0]], Color::Red);
         assert_eq!(drawn(Marker::Braille, beyond), ["⣿⣿  ", "    "]);

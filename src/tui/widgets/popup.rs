@@ -7,7 +7,7 @@ use ratatui::layout::Rect;
 use ratatui::widgets::{Block, BorderType, Clear, Widget};
 use textwrap::{Options, WordSeparator, WordSplitter, WrapAlgorithm};
 
-use crate::tui::widgets::theme::{Marker, Theme};
+use crate::tui::widgets::theme::{ASCII, Theme};
 
 /// Clears and frames a box of the wanted inner size in the middle of `area`, limited to `area`, and
 /// returns its inside.
@@ -24,7 +24,7 @@ pub fn frame(title: &str, wanted: (u16, u16), area: Rect, theme: &Theme, buffer:
 
 /// A block with a border that the terminal can show.
 pub fn block(theme: &Theme) -> Block<'static> {
-    if theme.marker == Marker::Ascii {
+    if theme.marker == ASCII {
         Block::bordered().border_set(ratatui::symbols::border::Set {
             top_left: "+",
             top_right: "+",

@@ -13,14 +13,11 @@ use ratatui_image::protocol::Protocol;
 use ratatui_image::protocol::halfblocks::Halfblocks;
 use ratatui_image::{Image, Resize};
 
-use crate::tui::widgets::theme::{Depth, Marker, Theme};
+use crate::tui::widgets::theme::{ASCII, Depth, Theme};
 use mge_figures::Figure;
 use mge_guidance::ActionPrior;
 use mge_task::Task;
-use mge_workbench::Loader;
-
-/// A closure that computes a figure on another thread.
-pub type PreviewJob = Box<dyn FnOnce() -> Result<Box<dyn Figure + Send>, String> + Send>;
+use mge_workbench::{FigureJob, Loader};
 
 /// The picture to show. It is drawn again when any of this changes.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,7 +61,7 @@ const FINE: [u16; 2] = [6, 12];
 impl Preview {
     /// Takes over a finished picture, and starts drawing the wanted one if it is a different one. True if
     /// there is something new to show.
-    pub fn update(&mut self, wanted: &PreviewRequest, figure: impl FnOnce() -> Result<PreviewJob, String>) -> bool {
+    pub fn update(&mut self, wanted: &PreviewRequest, figure: impl FnOnce() -> Result<FigureJob, String>) -> bool {
         let is_new = self.picture.poll();
         let is_rested = self.picture.is_rested(PAUSE, PAUSE_FACTOR);
         let is_current = |known: &PreviewRequest| known == wanted || (!is_rested && known.is_like(wanted));
@@ -74,7 +71,7 @@ impl Preview {
         match figure() {
             Ok(figure) => {
                 let (graphics, room) = (self.graphics.clone(), wanted.room);
-                let draw = move |_: &_| picture(&*figure()?, graphics.as_ref(), room);
+                let draw = move |_: &_| picture(&*figure(&mut |_, _| ())?.figure, graphics.as_ref(), room);
                 self.picture.request(wanted.clone(), Duration::ZERO, draw);
                 is_new
             }
@@ -107,7 +104,7 @@ impl Preview {
             Some((_, Err(reason))) => return Err(reason.clone()),
             None => return Err("drawing ...".to_owned()),
         };
-        let is_plain = theme.depth == Depth::None || theme.marker == Marker::Ascii;
+        let is_plain = theme.depth == Depth::None || theme.marker == ASCII;
         if is_plain && matches!(picture, Protocol::Halfblocks(_)) {
             return Err("a terminal without colours or blocks shows no pictures; they can be exported".to_owned());
         }
@@ -162,12 +159,14 @@ mod tests {
     use ratatui::style::Color;
 
     use super::*;
-    use crate::tui::widgets::theme::Palette;
+    use crate::tui::widgets::theme::{Marker, Palette};
     use mge_figures::TaskGrid;
+    use mge_workbench::DrawnFigure;
     use ratatui_image::picker::ProtocolType;
 
-    fn figure() -> Result<PreviewJob, String> {
-        Ok(Box::new(|| Ok(Box::new(TaskGrid { tasks: vec![mge_task::load("task1").unwrap()] }))))
+    fn figure() -> Result<FigureJob, String> {
+        let figure = Box::new(TaskGrid { tasks: vec![mge_task::load("task1").unwrap()] });
+        Ok(Box::new(|_| Ok(DrawnFigure { figure, seeds: Vec::new(), config_hash: String::new() })))
     }
 
     fn wanted(kind: &'static str) -> PreviewRequest {

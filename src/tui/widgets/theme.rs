@@ -2,29 +2,13 @@
 
 use ratatui::buffer::Buffer;
 use ratatui::style::{Color, Modifier, Style};
-use ratatui::symbols;
+pub use ratatui::symbols::Marker;
 
 use mge_base::text::is_unsafe;
 use mge_figures as figures;
 
-/// The characters that represent dots.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Marker {
-    /// Two by four dots and one colour per cell.
-    Braille,
-    /// One character per cell; for terminals without Unicode or braille.
-    Ascii,
-}
-
-impl Marker {
-    /// The same for the canvas of ratatui.
-    pub fn symbols(self) -> symbols::Marker {
-        match self {
-            Self::Braille => symbols::Marker::Braille,
-            Self::Ascii => symbols::Marker::Custom('*'),
-        }
-    }
-}
+/// One character per cell represents dots; for terminals without Unicode or braille.
+pub const ASCII: Marker = Marker::Custom('*');
 
 /// How many colours the terminal can show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,7 +48,7 @@ pub struct Theme {
     pub palette: Palette,
     /// The colour depth of the terminal.
     pub depth: Depth,
-    /// The characters that represent dots.
+    /// The characters that represent dots: braille or [`ASCII`].
     pub marker: Marker,
     /// Secondary text, grids.
     pub dim: Color,
@@ -116,7 +100,7 @@ impl Theme {
             let symbol = cell.symbol();
             // A picture is in its first cell as a sequence, or in each as placeholders of kitty.
             let is_picture = symbol.starts_with(['\u{1b}', '\u{10eeee}']);
-            let is_plain = self.marker == Marker::Ascii;
+            let is_plain = self.marker == ASCII;
             if symbol.is_ascii() || is_picture || !(is_plain || symbol.contains(is_unsafe)) {
                 continue;
             }
@@ -131,7 +115,7 @@ impl Theme {
 
     /// A symbol, or its ASCII replacement where the terminal needs it.
     pub fn symbol(&self, symbol: &'static str, ascii: &'static str) -> &'static str {
-        if self.marker == Marker::Ascii { ascii } else { symbol }
+        if self.marker == ASCII { ascii } else { symbol }
     }
 
     /// The theme of a palette at a depth.
@@ -156,7 +140,7 @@ impl Theme {
         let mut depth = if is_true { Depth::True } else { Depth::Ansi256 };
         let locale = ["LC_ALL", "LC_CTYPE", "LANG"].into_iter().filter_map(&variable).find(|text| !text.is_empty());
         let is_plain = value("TERM") == "linux" || locale.is_some_and(|locale| !is_unicode(&locale));
-        let mut marker = if is_plain { Marker::Ascii } else { Marker::Braille };
+        let mut marker = if is_plain { ASCII } else { Marker::Braille };
         let is_light =
             is_light.unwrap_or_else(|| value("COLORFGBG").ends_with(";15") || value("COLORFGBG").ends_with(";7"));
         let mut palette = if is_light { Palette::Light } else { Palette::Dark };
@@ -166,7 +150,7 @@ impl Theme {
                 "256" => depth = Depth::Ansi256,
                 "true" => depth = Depth::True,
                 "braille" => marker = Marker::Braille,
-                "ascii" => marker = Marker::Ascii,
+                "ascii" => marker = ASCII,
                 word => {
                     let word = word.replace("color", "colour");
                     palette = Palette::ALL.into_iter().find(|known| known.name() == word).unwrap_or(palette);
@@ -282,20 +266,20 @@ mod tests {
         let cases: [Case; 18] = [
             (&[("COLORTERM", "truecolor")], Depth::True, Palette::Dark, Marker::Braille),
             (&[("TERM", "xterm-256color")], Depth::Ansi256, Palette::Dark, Marker::Braille),
-            (&[("TERM", "linux")], Depth::Ansi256, Palette::Dark, Marker::Ascii),
+            (&[("TERM", "linux")], Depth::Ansi256, Palette::Dark, ASCII),
             (&[("NO_COLOR", "1"), ("COLORTERM", "truecolor")], Depth::None, Palette::Dark, Marker::Braille),
             (&[("COLORFGBG", "0;15")], Depth::Ansi256, Palette::Light, Marker::Braille),
-            (&[("LC_ALL", "C")], Depth::Ansi256, Palette::Dark, Marker::Ascii),
+            (&[("LC_ALL", "C")], Depth::Ansi256, Palette::Dark, ASCII),
             (&[("LANG", "en_GB.UTF-8")], Depth::Ansi256, Palette::Dark, Marker::Braille),
             (&[("LANG", "de_DE.utf8@euro")], Depth::Ansi256, Palette::Dark, Marker::Braille),
             (&[("LC_CTYPE", "UTF-8"), ("LANG", "C")], Depth::Ansi256, Palette::Dark, Marker::Braille),
             (&[("LC_ALL", ""), ("LANG", "ja_JP.UTF-8")], Depth::Ansi256, Palette::Dark, Marker::Braille),
-            (&[("LANG", "en_US.ISO-8859-1")], Depth::Ansi256, Palette::Dark, Marker::Ascii),
-            (&[("LANG", "ja_JP.eucJP")], Depth::Ansi256, Palette::Dark, Marker::Ascii),
-            (&[("LANG", "de_DE@euro")], Depth::Ansi256, Palette::Dark, Marker::Ascii),
-            (&[("LC_ALL", "POSIX"), ("LANG", "de_DE.UTF-8")], Depth::Ansi256, Palette::Dark, Marker::Ascii),
+            (&[("LANG", "en_US.ISO-8859-1")], Depth::Ansi256, Palette::Dark, ASCII),
+            (&[("LANG", "ja_JP.eucJP")], Depth::Ansi256, Palette::Dark, ASCII),
+            (&[("LANG", "de_DE@euro")], Depth::Ansi256, Palette::Dark, ASCII),
+            (&[("LC_ALL", "POSIX"), ("LANG", "de_DE.UTF-8")], Depth::Ansi256, Palette::Dark, ASCII),
             (&[("MGE_THEME", "light,256")], Depth::Ansi256, Palette::Light, Marker::Braille),
-            (&[("MGE_THEME", "colour-blind,256,ascii")], Depth::Ansi256, Palette::ColourBlind, Marker::Ascii),
+            (&[("MGE_THEME", "colour-blind,256,ascii")], Depth::Ansi256, Palette::ColourBlind, ASCII),
             (&[("MGE_THEME", "true")], Depth::True, Palette::Dark, Marker::Braille),
             (&[("MGE_THEME", "none"), ("COLORTERM", "24bit")], Depth::None, Palette::Dark, Marker::Braille),
         ];

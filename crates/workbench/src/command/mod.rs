@@ -12,9 +12,10 @@ mod runs;
 mod settings;
 mod task;
 
-use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
+
+use derive_more::{Display, IsVariant};
 
 use super::setup::Setup;
 use super::{Session, SessionError};
@@ -227,8 +228,9 @@ use command;
 
 macro_rules! commands {
     ($($name:ident),* $(,)?) => {
-        /// Something a user can do.
-        #[derive(Debug, Clone, PartialEq)]
+        /// Something a user can do: its text is the line that parses to it.
+        #[derive(Debug, Clone, PartialEq, Display, IsVariant)]
+        #[display("{}", self.as_execute().line())]
         #[expect(missing_docs, reason = "each is documented where it is defined")]
         pub enum Command {
             $($name($name)),*
@@ -351,13 +353,6 @@ impl Command {
             false => to.check(format).map_err(RunError::io("write", &to.path)),
         };
         self.with_output(check).unwrap_or(Ok(()))
-    }
-}
-
-impl fmt::Display for Command {
-    /// The line that parses to this command.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.as_execute().line())
     }
 }
 

@@ -22,7 +22,7 @@ command! {
         let report = session.change(|setup| this.prepare(setup))?;
         // Those of one task are meaningless for another.
         session.forget_clusters();
-        session.forget_proposals();
+        session.cancel_jobs(Command::is_propose);
         Ok(report)
     };
 }

@@ -161,7 +161,7 @@ impl Session {
         {
             // No event follows. The replay does not queue runs: it stops this one before its next episode.
             let (number, episode, name) = (run.number, episode_number(run.episodes()), run.name());
-            self.journal.note_at(Stop.into(), vec![(number, episode)]);
+            self.journal.note_at(Stop.into(), None, vec![(number, episode)]);
             return Ok(format!("{name} is taken out of the queue"));
         }
         self.send(Control::Stop { reason: "on request".to_owned() }, "stopping {run} after this episode")
@@ -230,7 +230,7 @@ impl Session {
         if let Some(run) = self.runs.number_of(folder).and_then(|number| self.run_numbered_mut(number)) {
             run.name = directory.name();
             // What is being read may have the earlier one.
-            run.log.parts += 1;
+            run.log.reading = None;
         }
         let now = directory.name();
         let mut beside = folder.parent().and_then(|parent| entries(parent).ok()).into_iter().flatten();

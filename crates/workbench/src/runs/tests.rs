@@ -204,7 +204,8 @@ fn no_command_waits_for_the_work_it_starts() {
     session.wait(|_| {}).unwrap();
     assert!(written.iter().all(|name| folder.path().join(name).exists()));
     assert_eq!(session.proposed().len(), 1, "proposed in the background");
-    let states: Vec<(String, usize)> = session.runs().iter().map(|run| (run.name(), run.history().records.len())).collect();
+    let states: Vec<(String, usize)> =
+        session.runs().iter().map(|run| (run.name(), run.history().records.len())).collect();
     assert_eq!(states, [("a".to_owned(), 3), ("b".to_owned(), 3), ("c".to_owned(), 4)]);
 }
 

@@ -80,8 +80,7 @@ fn model_training() -> ViewModel {
 fn level(name: &str) -> ViewModel {
     let mut view = empty();
     view.task = Arc::new(mge_task::load(name).unwrap());
-    view.hand.task = view.task.clone();
-    view.hand.snapshot = Arc::new(HandPlay::new(view.task.clone(), 0).snapshot().clone());
+    view.hand = HandPlay::new(view.task.clone(), 0);
     view
 }
 

@@ -26,12 +26,10 @@ use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
 
 use super::App;
-use crate::tui::input::Key;
 use crate::tui::view::playback::{Episode, Origin};
 use crate::tui::view::{
-    Curves, Grouping, HandEpisode, Level, LogLine, ModelSummary, RunSummary, TaskModel, ViewModel, Watched, Workspace,
+    Curves, Grouping, Level, LogLine, ModelSummary, RunSummary, TaskModel, ViewModel, Watched, Workspace,
 };
-use crate::tui::widgets::preview::PreviewJob;
 use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
 use mge_agent::DdpgConfig;
 use mge_figures::TaskGrid;
@@ -40,7 +38,7 @@ use mge_results::Composition;
 use mge_run::{Metric, RunState};
 use mge_task::{Region, Task};
 use mge_trainer::{Fork, PriorSource, RunConfig, Trace};
-use mge_workbench::{Command, FigureKind, HandPlay, PriorState};
+use mge_workbench::{Command, DrawnFigure, FigureJob, FigureKind, HandPlay, PriorState};
 
 /// A workspace that records what it is asked to do.
 pub struct RecordingWorkspace {
@@ -126,11 +124,11 @@ impl Workspace for RecordingWorkspace {
         want(format!("agent of {episode}"));
     }
 
-    fn figure(&self, kind: FigureKind, _: &Composition) -> Result<PreviewJob, String> {
+    fn figure(&self, kind: FigureKind, _: &Composition) -> Result<FigureJob, String> {
         match kind {
             FigureKind::Scene => {
-                let task = Task::clone(&self.view.task);
-                Ok(Box::new(|| Ok(Box::new(TaskGrid { tasks: vec![task] }))))
+                let figure = Box::new(TaskGrid { tasks: vec![Task::clone(&self.view.task)] });
+                Ok(Box::new(|_| Ok(DrawnFigure { figure, seeds: Vec::new(), config_hash: String::new() })))
             }
             _ => Err(format!("there is nothing for the {} figure in tests", kind.name())),
         }
@@ -144,8 +142,6 @@ impl Workspace for RecordingWorkspace {
 /// The first start, before anything has happened.
 pub fn empty() -> ViewModel {
     let task = Arc::new(mge_task::load("task1").unwrap());
-    let play = HandPlay::new(task.clone(), 0);
-    let hand = HandEpisode { task: task.clone(), trace: Arc::default(), snapshot: Arc::new(play.snapshot().clone()) };
     let model = |name: &str, about: &str| ModelSummary {
         name: name.into(),
         about: about.into(),
@@ -153,7 +149,7 @@ pub fn empty() -> ViewModel {
         ..ModelSummary::default()
     };
     ViewModel {
-        task,
+        hand: HandPlay::new(task.clone(), 0),
         file: None,
         dirty: false,
         proposed: Vec::new(),
@@ -162,7 +158,7 @@ pub fn empty() -> ViewModel {
             episodes: 2000,
             epsilon: "linear:0.8:0.05:1500".parse().unwrap(),
             ddpg: DdpgConfig { gamma: 0.9, ..DdpgConfig::default() },
-            ..RunConfig::new(hand.task.clone())
+            ..RunConfig::new(task.clone())
         },
         extends_to: None,
         folder: PathBuf::from("runs"),
@@ -175,7 +171,7 @@ pub fn empty() -> ViewModel {
         runs_unread: 0,
         runs_damaged: 0,
         watched: None,
-        hand,
+        task,
         model_work: None,
         forking: None,
         figures: Vec::new(),
@@ -356,8 +352,7 @@ pub fn app(view: ViewModel) -> (App, Rc<RefCell<Vec<String>>>) {
 /// Presses keys, written as in the help and separated by spaces.
 pub fn press(app: &mut App, keys: &str) {
     for key in keys.split_whitespace() {
-        let key: Key = key.parse().unwrap();
-        app.event(crossterm::event::Event::Key(key.event()));
+        app.press_keys(key).unwrap();
         app.tick(std::time::Duration::ZERO);
     }
 }

@@ -10,15 +10,14 @@ use std::time::{Duration, Instant};
 
 use super::playback::{Episode, Origin};
 use super::{Level, LogLine, ModelSummary, TaskModel, ViewModel};
-use crate::tui::widgets::preview::PreviewJob;
 use mge_dynamics::TaskModelConfig;
 use mge_results::Composition;
 use mge_run::Event;
 use mge_task::Task;
 use mge_trainer::{PriorSource, RunConfig, Trace};
 use mge_workbench::listing::Listing;
-use mge_workbench::{Command, FigureKind, Loader, Notice, RunView, SavedAgent, SavedRun, Session, command};
-use refresh::{hand_episode, view_of};
+use mge_workbench::{Command, FigureJob, FigureKind, Loader, Notice, RunView, SavedAgent, SavedRun, Session, command};
+use refresh::view_of;
 
 /// What the screens need from a session.
 pub trait Workspace {
@@ -53,7 +52,7 @@ pub trait Workspace {
     ///
     /// # Errors
     /// Why there is none, in one line.
-    fn figure(&self, kind: FigureKind, composition: &Composition) -> Result<PreviewJob, String>;
+    fn figure(&self, kind: FigureKind, composition: &Composition) -> Result<FigureJob, String>;
     /// Adds a line to the log.
     fn log(&mut self, level: Level, text: String);
 }
@@ -102,13 +101,10 @@ pub struct SessionWorkspace {
 impl SessionWorkspace {
     /// The workspace of a session.
     pub fn new(session: Session) -> Self {
-        let task = Arc::new(session.task().clone());
-        let hand = hand_episode(&session, &task, None);
-        let view = view_of(&session, task, hand);
         let mut workspace = Self {
+            view: view_of(&session),
             session,
             allow: |_| true,
-            view,
             listing: Listing::default(),
             models: Loader::default(),
             model_changes: 0,
@@ -306,9 +302,8 @@ impl Workspace for SessionWorkspace {
         self.agents.request((path, episode, run.episodes() / RECHECK_EPISODES), Duration::MAX, load);
     }
 
-    fn figure(&self, kind: FigureKind, composition: &Composition) -> Result<PreviewJob, String> {
-        let figure = self.session.figure(kind, composition).map_err(|error| error.to_string())?;
-        Ok(Box::new(move || figure(&mut |_, _| ()).map(|drawn| drawn.figure)))
+    fn figure(&self, kind: FigureKind, composition: &Composition) -> Result<FigureJob, String> {
+        self.session.figure(kind, composition).map_err(|error| error.to_string())
     }
 
     fn log(&mut self, level: Level, text: String) {

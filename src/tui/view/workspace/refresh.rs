@@ -5,22 +5,17 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::super::playback::Episode;
-use super::super::{HandEpisode, Live, ViewModel, Watched};
+use super::super::{Live, ViewModel, Watched};
 use super::{SessionWorkspace, Workspace, episode_of};
-use mge_task::Task;
 use mge_workbench::Session;
 
 impl SessionWorkspace {
     /// Updates the view from the session and from what was read.
     pub(super) fn refresh(&mut self) {
         (self.refreshed, self.is_stale) = (Instant::now(), false);
-        let (session, known) = (&self.session, &self.view);
-        let is_same = *known.task == *session.task();
-        let task = if is_same { known.task.clone() } else { Arc::new(session.task().clone()) };
-        let hand = hand_episode(session, &task, Some(&known.hand));
-        let known = std::mem::replace(&mut self.view, view_of(session, task, hand));
+        let known = std::mem::replace(&mut self.view, view_of(&self.session));
         let view = &mut self.view;
-        view.prior_failure = known.prior_failure.filter(|_| is_same);
+        view.prior_failure = known.prior_failure.filter(|_| known.task == view.task);
         (view.models, view.watched, view.figures) = (known.models, known.watched, known.figures);
         (view.log, view.log_total) = (known.log, known.log_total);
         if let Some((_, Ok(models))) = self.models.latest(|_| true) {
@@ -70,8 +65,9 @@ impl SessionWorkspace {
 }
 
 /// What a session tells at once: runs, models and the log are not known yet.
-pub(super) fn view_of(session: &Session, task: Arc<Task>, hand: HandEpisode) -> ViewModel {
+pub(super) fn view_of(session: &Session) -> ViewModel {
     ViewModel {
+        task: session.config().task.clone(),
         file: session.file().map(Path::to_owned),
         dirty: session.is_dirty(),
         proposed: session.proposed().to_vec(),
@@ -88,24 +84,11 @@ pub(super) fn view_of(session: &Session, task: Arc<Task>, hand: HandEpisode) -> 
         runs_unread: 0,
         runs_damaged: 0,
         watched: None,
-        hand,
+        hand: session.hand_play().clone(),
         model_work: session.model_work().map(|(name, progress)| (name, progress.share())),
         forking: session.forking().map(|(command, progress)| (command, progress.share())),
         figures: Vec::new(),
         log: Vec::new(),
         log_total: 0,
-        task,
-    }
-}
-
-/// The episode played by hand. It shares `task` if the tasks are equal, and the trace of `known` if that is
-/// unchanged.
-pub(super) fn hand_episode(session: &Session, task: &Arc<Task>, known: Option<&HandEpisode>) -> HandEpisode {
-    let hand = session.hand_play();
-    let known = known.filter(|known| *known.trace == hand.trace && *known.task == **hand.task());
-    HandEpisode {
-        task: if **hand.task() == **task { task.clone() } else { hand.task().clone() },
-        trace: known.map_or_else(|| Arc::new(hand.trace.clone()), |known| known.trace.clone()),
-        snapshot: Arc::new(hand.snapshot().clone()),
     }
 }

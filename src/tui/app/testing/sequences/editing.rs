@@ -216,7 +216,7 @@ fn the_legend_is_switched() {
 #[test]
 fn a_tool_in_hand_says_why_it_cannot_be_placed() {
     let mut view = empty();
-    view.task = view.hand.task.clone();
+    view.task = view.hand.task().clone();
     check(view, "P J J J J J J J J J J J J", &[], "box would touch an object");
 }
 
@@ -355,8 +355,7 @@ fn hand_play_shows_its_latest_action_and_reports_its_end() {
     let mut play = mge_workbench::HandPlay::new(view.task.clone(), 0);
     let mut played = |places: usize| {
         (0..places).for_each(|_| _ = play.place([-0.9, 0.9]));
-        view.hand.trace = Arc::new(play.trace.clone());
-        view.hand.snapshot = Arc::new(play.snapshot().clone());
+        view.hand = play.clone();
         view.clone()
     };
     let (mut app, _) = app(played(2));

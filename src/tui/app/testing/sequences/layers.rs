@@ -36,7 +36,7 @@ fn suspending_is_a_request_to_the_terminal() {
 #[test]
 fn without_colour_and_braille_screens_are_plain_ascii() {
     let (mut app, _) = app(typical());
-    app.theme = Theme::new(Palette::Dark, Depth::None, Marker::Ascii);
+    app.theme = Theme::new(Palette::Dark, Depth::None, ASCII);
     for tab in Tab::ALL {
         app.tab = tab;
         let screen = shot(&mut app, 120, 40);

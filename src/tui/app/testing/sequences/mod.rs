@@ -26,7 +26,7 @@ use crate::tui::chart::Range;
 use crate::tui::scene::{Object, View};
 use crate::tui::screens::HitRegion;
 use crate::tui::view::{Level, ViewModel};
-use crate::tui::widgets::theme::{Depth, Marker, Palette, Theme};
+use crate::tui::widgets::theme::{ASCII, Depth, Palette, Theme};
 use mge_run::RunState;
 use mge_task as task;
 

@@ -165,7 +165,7 @@ fn a_step_is_drawn_as_a_vertical_line_and_the_plot_starts_at_its_left_edge() {
         assert!((column - 1..=column + 1).any(is_drawn), "{}", text(&screen));
     }
     let (mut app, _, axes) = drawn("points:500=0.8,1000=0.4");
-    app.theme = Theme::new(Palette::Dark, Depth::True, Marker::Ascii);
+    app.theme = Theme::new(Palette::Dark, Depth::True, ASCII);
     let screen = shot(&mut app, 120, 40);
     assert_ne!(screen[(axes.plot.x, axes.row(0.8).unwrap())].symbol(), " ", "{}", text(&screen));
 }
