@@ -158,7 +158,7 @@ pub struct Actor(Ddpg);
 impl Actor {
     #[new]
     fn new(py: Python<'_>, run: PathBuf) -> PyResult<Self> {
-        let read = move || RunView::open(&run).map_err(exception)?.saved().agent().map_err(exception);
+        let read = move || RunView::open(&run).map_err(exception)?.saved.agent().map_err(exception);
         abandonable(py, read)?.map(|(_, agent)| Self(agent))
     }
 

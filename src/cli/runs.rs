@@ -162,7 +162,7 @@ pub fn fork(arguments: &Fork) -> Outcome {
 pub fn evaluate(arguments: &Evaluate) -> Outcome {
     let run = RunView::open(&arguments.run)?;
     let task = arguments.task.as_deref().map(task::load).transpose()?.map(Arc::new);
-    let player = run.saved().at(arguments.checkpoint).player(task)?;
+    let player = run.saved.clone().at(arguments.checkpoint).player(task)?;
     let (mut goals, mut returns) = (0, 0.0);
     for episode in 0..arguments.episodes {
         let trace = player.episode(arguments.seed + u64::from(episode));
@@ -194,7 +194,7 @@ pub fn evaluate(arguments: &Evaluate) -> Outcome {
 pub fn export_actor(arguments: &Export) -> Outcome {
     let to = arguments.force.target(&arguments.out);
     output::check_target(&to, &Ddpg::ACTOR_FORMAT)?;
-    let (_, agent) = RunView::open(&arguments.run)?.saved().at(arguments.checkpoint).agent()?;
+    let (_, agent) = RunView::open(&arguments.run)?.saved.at(arguments.checkpoint).agent()?;
     to.write(&agent.export_actor(), &Ddpg::ACTOR_FORMAT).map_err(RunError::io("write", &to.path))?;
     Ok(output::line(arguments.out.display())?)
 }

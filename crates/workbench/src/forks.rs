@@ -256,7 +256,7 @@ mod tests {
         let config = session.run().unwrap().config().clone();
         assert_eq!((config.task_of(5), config.task_of(6)), (&session.runs()[0].config().task, &task));
         let [first, last] = [&session.runs()[0], session.run().unwrap()];
-        assert_eq!(last.saved().past_episode(4).unwrap(), first.saved().past_episode(4).unwrap());
+        assert_eq!(last.saved.past_episode(4).unwrap(), first.saved.past_episode(4).unwrap());
     }
 
     #[test]

@@ -21,8 +21,8 @@ pub struct RunView {
     /// In the session, from 0 in the order in which runs were started or opened.
     pub number: usize,
     pub(super) name: String,
-    directory: RunDirectory,
-    pub(super) config: Arc<RunConfig>,
+    /// Its folder and configuration, and the checkpoint of the agent that plays.
+    pub saved: SavedRun,
     pub(super) log: RunLog,
     /// Number of episodes at the latest checkpoint of a run in training.
     pub(super) saved_episode: u64,
@@ -40,8 +40,6 @@ pub struct RunView {
     pub(super) trained_here: bool,
     /// The latest requested episode of its greedy policy.
     pub greedy: Option<Arc<Trace>>,
-    /// The checkpoint of the agent that plays.
-    pub(super) checkpoint: CheckpointName,
     /// The existing log is still being read in the background.
     pub unread: bool,
     turn: Option<Turn>,
@@ -79,13 +77,15 @@ impl RunView {
     }
 
     pub(super) fn new(directory: RunDirectory) -> Result<Self, RunError> {
-        let config = Arc::new(RunConfig::of(&directory)?);
         Ok(Self {
             number: 0,
             name: directory.name(),
             log: RunLog::new(&directory, MAX_KEPT),
-            directory,
-            config,
+            saved: SavedRun {
+                config: Arc::new(RunConfig::of(&directory)?),
+                directory,
+                checkpoint: CheckpointName::Last,
+            },
             saved_episode: 0,
             trainer: None,
             live: None,
@@ -95,7 +95,6 @@ impl RunView {
             resuming: false,
             trained_here: false,
             greedy: None,
-            checkpoint: CheckpointName::Last,
             unread: false,
             turn: None,
         })
@@ -119,7 +118,7 @@ impl RunView {
                 return Err(CANCELLED.to_owned());
             }
         }
-        self.saved_prior.set(self.prior_changes, read_prior(&self.directory, &self.config.task));
+        self.saved_prior.set(self.prior_changes, read_prior(&self.saved.directory, &self.saved.config.task));
         Ok(self)
     }
 
@@ -174,7 +173,7 @@ impl RunView {
     pub(super) fn start(&mut self) -> Result<(), SessionError> {
         let Some(turn) = self.turn.take() else { return Ok(()) };
         let first = turn.until.map(|until| Control::PauseAt(until.into()));
-        let trainer = Trainer::spawn(self.directory.clone(), first).map_err(|error| {
+        let trainer = Trainer::spawn(self.saved.directory.clone(), first).map_err(|error| {
             let reason = format!("cannot start a thread: {error}");
             self.failure = Some(reason.clone());
             SessionError::Failed(reason)
@@ -233,7 +232,7 @@ impl RunView {
             }
         }
         if self.trainer.is_none() && !self.trained_here {
-            let (directory, task) = (self.directory.clone(), self.config.task.clone());
+            let (directory, task) = (self.saved.directory.clone(), self.saved.config.task.clone());
             self.saved_prior.request(self.prior_changes, Duration::MAX, move |_| read_prior(&directory, &task));
         }
         changed |= self.saved_prior.poll() | !events.is_empty();
@@ -298,7 +297,7 @@ impl RunView {
 
     /// Sends a control to the other process that trains the run, if there is one.
     fn ask_others(&self, control: Control) -> Result<(), SessionError> {
-        if !self.directory.is_locked()? {
+        if !self.saved.directory.is_locked()? {
             let reason = format!("{} is not being trained: `continue` resumes one that is not finished", self.name);
             return Err(SessionError::Failed(reason));
         }
@@ -313,12 +312,12 @@ impl RunView {
             }
             request => request,
         };
-        Ok(self.directory.request(&request)?)
+        Ok(self.saved.directory.request(&request)?)
     }
 
     /// The run's files.
     pub fn directory(&self) -> &RunDirectory {
-        &self.directory
+        &self.saved.directory
     }
 
     /// The name that users gave it, or else that of its folder.
@@ -328,7 +327,7 @@ impl RunView {
 
     /// Its configuration.
     pub fn config(&self) -> &Arc<RunConfig> {
-        &self.config
+        &self.saved.config
     }
 
     /// Number of finished episodes.
@@ -380,7 +379,7 @@ impl RunView {
 
     /// Whether it is being trained, or how it ended.
     pub fn state(&self) -> RunState {
-        let on_disk = || self.directory.status().map_or(RunState::Interrupted, |status| status.state);
+        let on_disk = || self.saved.directory.status().map_or(RunState::Interrupted, |status| status.state);
         self.last_state().unwrap_or_else(on_disk)
     }
 
@@ -395,10 +394,5 @@ impl RunView {
             _ if working => Some(RunState::Running),
             _ => self.failure.clone().map(RunState::Failed),
         }
-    }
-
-    /// Access to its recorded episodes and checkpoints.
-    pub fn saved(&self) -> SavedRun {
-        SavedRun::new(self.directory.clone(), self.config.clone(), self.checkpoint)
     }
 }

@@ -48,17 +48,13 @@ fn nearest(checkpoints: impl Iterator<Item = u64>, episode: u64) -> Option<u64> 
 /// The checkpoints and recorded episodes of a run, readable on any thread.
 #[derive(Debug, Clone)]
 pub struct SavedRun {
-    directory: RunDirectory,
-    config: Arc<RunConfig>,
+    pub(super) directory: RunDirectory,
+    pub(super) config: Arc<RunConfig>,
     /// The checkpoint of the agent that plays.
-    checkpoint: CheckpointName,
+    pub(super) checkpoint: CheckpointName,
 }
 
 impl SavedRun {
-    pub(super) fn new(directory: RunDirectory, config: Arc<RunConfig>, checkpoint: CheckpointName) -> Self {
-        Self { directory, config, checkpoint }
-    }
-
     /// The same run with the agent of another checkpoint.
     #[must_use]
     pub fn at(self, checkpoint: CheckpointName) -> Self {
@@ -70,7 +66,7 @@ impl SavedRun {
     /// # Errors
     /// When there is no run.
     pub fn open(folder: &Path, config: Arc<RunConfig>) -> Result<Self, RunError> {
-        Ok(Self::new(RunDirectory::open(folder)?, config, CheckpointName::Last))
+        Ok(Self { directory: RunDirectory::open(folder)?, config, checkpoint: CheckpointName::Last })
     }
 
     /// Replays a recorded episode.

@@ -261,7 +261,7 @@ fn a_run_has_a_phase_evaluations_and_past_episodes() {
     let finished = session.run().unwrap();
     assert_eq!((finished.phase(), finished.state()), (None, RunState::Finished));
     assert_eq!(finished.live.as_ref().unwrap().trace.episode, 2);
-    let first = finished.saved().past_episode(1).unwrap();
+    let first = finished.saved.past_episode(1).unwrap();
     assert_eq!((first.episode, first.steps.len() as u64), (1, finished.history().records[0].steps));
     assert_eq!(session.run_numbered(0).map(RunView::name), Some(finished.name()));
     assert!(session.run_numbered(1).is_none());
@@ -272,7 +272,7 @@ fn the_policy_of_a_run_starts_with_the_noise_of_its_training() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path());
     run(&mut session, "set start_noise 0.01\ntrain\nwait");
-    let saved = session.run().unwrap().saved();
+    let saved = session.run().unwrap().saved.clone();
     let [first, second] = [1, 2].map(|seed| saved.player(None).unwrap().episode(seed).start.shift);
     assert_ne!(first, second);
     assert!(first.iter().chain(&second).all(|shift| shift.abs() <= 0.01), "{first:?}, {second:?}");

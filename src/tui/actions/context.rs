@@ -35,20 +35,29 @@ pub enum Context {
     Typed,
 }
 
+/// The contexts of hand play, on the Scene and the Edit screen, the innermost first.
+pub const HAND: &[Context] = &[Context::Hand, Context::Move, Context::Playback, Context::Scene];
+
+impl Tab {
+    /// The contexts of the screen without hand play, the innermost first.
+    pub fn contexts(self) -> &'static [Context] {
+        match self {
+            Self::Scene => &[Context::Move, Context::Playback, Context::Scene],
+            Self::Edit => &[Context::Edit, Context::Move, Context::Scene, Context::Playback],
+            Self::Schedule => &[Context::Move, Context::Schedule],
+            Self::Training => &[Context::Move, Context::Playback, Context::Curves],
+            Self::Runs => &[Context::Runs, Context::List],
+            Self::Models => &[Context::Models, Context::List],
+            Self::Figures => &[Context::Figures, Context::List],
+            Self::Log => &[Context::Log, Context::List],
+        }
+    }
+}
+
 impl Context {
     /// The screen it belongs to, or the first of several; none if it belongs to all.
     pub fn tab(self) -> Option<Tab> {
-        match self {
-            Self::Scene | Self::Playback | Self::Move | Self::Hand => Some(Tab::Scene),
-            Self::Edit => Some(Tab::Edit),
-            Self::Schedule => Some(Tab::Schedule),
-            Self::Curves => Some(Tab::Training),
-            Self::Runs | Self::List => Some(Tab::Runs),
-            Self::Models => Some(Tab::Models),
-            Self::Figures => Some(Tab::Figures),
-            Self::Log => Some(Tab::Log),
-            Self::Everywhere | Self::Typed => None,
-        }
+        Tab::ALL.into_iter().find(|tab| tab.contexts().contains(&self) || HAND.contains(&self))
     }
 
     /// Heading in the help and in the manual.

@@ -6,7 +6,7 @@ mod context;
 mod tab;
 mod table;
 
-pub use context::Context;
+pub use context::{Context, HAND};
 pub use tab::Tab;
 
 use std::sync::LazyLock;

@@ -20,7 +20,7 @@ use std::time::Duration;
 use crossterm::event::{Event, KeyEvent, KeyEventKind, KeyModifiers, MouseEvent, MouseEventKind};
 use ratatui::Frame;
 
-use super::actions::{Context, Entry, Tab};
+use super::actions::{Context, Entry, HAND, Tab};
 use super::effect::{Effect, Layer, Response};
 use super::input::{self, Key};
 use super::screens::{Chrome, HitRegions, Message, Screens, Ui, draw_frame};
@@ -182,17 +182,10 @@ impl App {
         let by_hand = self.screens.scene.hand.is_some();
         let outer = (self.tab == Tab::Scene || by_hand).then_some(Context::Edit);
         let inner = match self.tab {
-            Tab::Scene | Tab::Edit if by_hand => vec![Context::Hand, Context::Move, Context::Playback, Context::Scene],
-            Tab::Scene => vec![Context::Move, Context::Playback, Context::Scene],
-            Tab::Edit => vec![Context::Edit, Context::Move, Context::Scene, Context::Playback],
-            Tab::Schedule => vec![Context::Move, Context::Schedule],
-            Tab::Training => vec![Context::Move, Context::Playback, Context::Curves],
-            Tab::Runs => vec![Context::Runs, Context::List],
-            Tab::Models => vec![Context::Models, Context::List],
-            Tab::Figures => vec![Context::Figures, Context::List],
-            Tab::Log => vec![Context::Log, Context::List],
+            Tab::Scene | Tab::Edit if by_hand => HAND,
+            tab => tab.contexts(),
         };
-        inner.into_iter().chain([Context::Everywhere, Context::Typed]).chain(outer).collect()
+        inner.iter().copied().chain([Context::Everywhere, Context::Typed]).chain(outer).collect()
     }
 
     /// Handles an event of the terminal.
@@ -271,10 +264,8 @@ impl App {
 
     /// Carries out effects in order. The first failure is shown and skips the rest.
     fn carry_out(&mut self, effects: Vec<Effect>) {
-        for effect in effects {
-            if let Err(error) = effect.carry_out(self) {
-                return self.show_message(Level::Error, error);
-            }
+        if let Err(error) = Effect::all(effects).carry_out(self) {
+            self.show_message(Level::Error, error);
         }
     }
 

@@ -127,15 +127,7 @@ impl Screen {
     pub fn reenter(&mut self) -> io::Result<()> {
         leave();
         enter(self.mouse)?;
-        self.redraw()
-    }
-
-    /// Discards what the terminal shows, so that the next frame draws everything. (Ratatui's `clear`
-    /// queries the terminal for the cursor position and fails if the reply is slow.)
-    ///
-    /// # Errors
-    /// When the terminal cannot be written to.
-    pub fn redraw(&mut self) -> io::Result<()> {
+        // Ratatui's `clear` queries the terminal for the cursor position and fails if the reply is slow.
         let size = self.terminal.size()?;
         self.terminal.resize(Rect::from((Position::ORIGIN, size)))
     }

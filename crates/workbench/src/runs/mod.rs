@@ -101,7 +101,7 @@ impl Session {
             .map_err(|error| SessionError::Failed(format!("{}: {error}", directory.path().display())))?;
         directory.replace_config(&config)?;
         if let Some(run) = self.runs.all.iter_mut().find(|run| run.directory() == directory) {
-            run.config = Arc::new(config);
+            run.saved.config = Arc::new(config);
         }
         Ok(Some(format!("extended to {episodes} episodes{rule}")))
     }
@@ -242,7 +242,7 @@ impl Session {
     pub(super) fn choose_checkpoint(&mut self, choice: CheckpointName) -> Result<String, SessionError> {
         let run = self.run_mut().ok_or(SessionError::NoRun)?;
         let name = run.directory().checkpoints().chosen(choice)?;
-        run.checkpoint = choice;
+        run.saved.checkpoint = choice;
         Ok(format!("the agent of checkpoint {name} plays"))
     }
 
@@ -279,7 +279,7 @@ impl Session {
     /// Starts playing an episode of the greedy policy of the current run.
     pub(super) fn evaluate(&mut self) -> Result<String, SessionError> {
         let run = self.run().ok_or(SessionError::NoRun)?;
-        let (saved, seed, name, number) = (run.saved(), self.setup.config.seed, run.name(), run.number);
+        let (saved, seed, name, number) = (run.saved.clone(), self.setup.config.seed, run.name(), run.number);
         let played = move || Ok::<_, SessionError>(saved.player(None)?.episode(seed));
         let work = move |_: &Reporter| played().map_err(|error| error.to_string());
         let report = format!("playing the greedy policy of {name}");

@@ -101,11 +101,12 @@ pub struct SessionWorkspace {
 impl SessionWorkspace {
     /// The workspace of a session.
     pub fn new(session: Session) -> Self {
+        let listing = Listing::default();
         let mut workspace = Self {
-            view: view_of(&session),
+            view: view_of(&session, &listing),
             session,
             allow: |_| true,
-            listing: Listing::default(),
+            listing,
             models: Loader::default(),
             model_changes: 0,
             model: Loader::new(KEPT),
@@ -297,7 +298,7 @@ impl Workspace for SessionWorkspace {
         let Some(run) = self.session.run() else { return };
         let path = run.directory().path().to_owned();
         let known = self.agents.latest(|(of, ..)| *of == path).and_then(|(_, agent)| agent.clone().ok());
-        let saved = run.saved();
+        let saved = run.saved.clone();
         let load = move |_: &_| saved.agent_near(episode, known).map_err(|error| error.to_string());
         self.agents.request((path, episode, run.episodes() / RECHECK_EPISODES), Duration::MAX, load);
     }

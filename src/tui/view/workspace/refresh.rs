@@ -8,25 +8,22 @@ use super::super::playback::Episode;
 use super::super::{Live, ViewModel, Watched};
 use super::{SessionWorkspace, Workspace, episode_of};
 use mge_workbench::Session;
+use mge_workbench::listing::Listing;
 
 impl SessionWorkspace {
     /// Updates the view from the session and from what was read.
     pub(super) fn refresh(&mut self) {
         (self.refreshed, self.is_stale) = (Instant::now(), false);
-        let known = std::mem::replace(&mut self.view, view_of(&self.session));
+        self.listing.refresh(&self.session);
+        let known = std::mem::replace(&mut self.view, view_of(&self.session, &self.listing));
         let view = &mut self.view;
         view.prior_failure = known.prior_failure.filter(|_| known.task == view.task);
-        (view.models, view.watched, view.figures) = (known.models, known.watched, known.figures);
-        (view.log, view.log_total) = (known.log, known.log_total);
+        (view.models, view.figures, view.log, view.log_total) =
+            (known.models, known.figures, known.log, known.log_total);
         if let Some((_, Ok(models))) = self.models.latest(|_| true) {
             view.models.clone_from(models);
         }
-        let before = self.view.watched.take().map(|watched| (watched.run.path.clone(), watched.live, watched.greedy));
-        self.listing.refresh(&self.session);
-        self.view.runs.clone_from(&self.listing.runs);
-        self.view.groups = self.listing.groups().clone();
-        self.view.runs_unread = self.listing.unread(&self.session);
-        self.view.runs_damaged = self.listing.damaged(&self.session).len();
+        let before = known.watched.map(|watched| (watched.run.path.clone(), watched.live, watched.greedy));
         let (path, live, greedy) = before.unwrap_or_default();
         let is_same = self.session.run().is_some_and(|run| run.directory().path() == path);
         self.refresh_watched(live.filter(|_| is_same), greedy.filter(|_| is_same));
@@ -64,8 +61,8 @@ impl SessionWorkspace {
     }
 }
 
-/// What a session tells at once: runs, models and the log are not known yet.
-pub(super) fn view_of(session: &Session) -> ViewModel {
+/// What a session and the listing of its runs tell at once, without models, the watched run and the log.
+pub(super) fn view_of(session: &Session, listing: &Listing) -> ViewModel {
     ViewModel {
         task: session.config().task.clone(),
         file: session.file().map(Path::to_owned),
@@ -79,10 +76,10 @@ pub(super) fn view_of(session: &Session) -> ViewModel {
         prior_state: session.prior_state(),
         prior_failure: None,
         models: Vec::new(),
-        runs: Vec::new(),
-        groups: Arc::default(),
-        runs_unread: 0,
-        runs_damaged: 0,
+        runs: listing.runs.clone(),
+        groups: listing.groups().clone(),
+        runs_unread: listing.unread(session),
+        runs_damaged: listing.damaged(session).len(),
         watched: None,
         hand: session.hand_play().clone(),
         model_work: session.model_work().map(|(name, progress)| (name, progress.share())),
