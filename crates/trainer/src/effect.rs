@@ -172,7 +172,7 @@ mod tests {
         type Case = (Method, &'static [(&'static str, &'static str)], &'static str);
         let cases: [Case; 20] = [
             (DdpgMgeAdaptive, &[("epsilon", "0.1")], "cripples `ddpg-mge-adaptive`"),
-            (DdpgAdaptive, &[("epsilon", "linear:0.5:0:1000")], "write need:0:0.75:20"),
+            (DdpgAdaptive, &[("epsilon", "linear:0.5:0:1000")], "its default is need:0:0.75:20"),
             (DdpgMge, &[("episodes", "500")], "after 500 episodes it is 0.25"),
             (DdpgMge, &[("episodes", "500"), ("epsilon", "exp:0.8:0:0.999")], "longer than the run"),
             (DdpgMge, &[("episodes", "500"), ("epsilon", "step:0.8:0.5:600")], "longer than the run"),
