@@ -146,8 +146,11 @@ pub fn read_run(path: &Path) -> Result<Option<RunSummary>, RunError> {
     // Unreadable notes count as none here; writing new ones reports the error.
     let Notes { note, .. } = directory.notes().unwrap_or_default();
     let name = directory.name();
+    let is_prepared = status.state == RunState::Running && status.last_episode.is_none();
     Ok(Some(RunSummary {
         name,
+        // Its log does not say in which phase it is.
+        preparing: is_prepared.then(|| "model, clusters or practice, in another program".to_owned()),
         made: path.metadata().and_then(|folder| folder.created()).ok(),
         note,
         done: status.last_episode.as_ref().map_or(0, |record| record.episode),
@@ -227,6 +230,18 @@ mod tests {
         }
         assert_eq!(read().config.epsilon.to_string(), "0.125");
         assert!(read().label.contains("epsilon 0.125") && !configured.label.contains("0.125"), "{}", read().label);
+    }
+
+    #[test]
+    fn a_run_that_another_process_prepares_says_so() {
+        let directory = tempfile::tempdir().unwrap();
+        let run = make(directory.path(), "run");
+        let mut writer = RunWriter::open(&run, 0).unwrap();
+        let is_prepared = || read_run(run.path()).unwrap().unwrap().preparing.is_some();
+        writer.record(&Event::Resumed { episode: 0 }).unwrap();
+        assert!(is_prepared());
+        writer.record(&Event::EpisodeFinished(EpisodeRecord { episode: 1, ..EpisodeRecord::default() })).unwrap();
+        assert!(!is_prepared());
     }
 
     #[test]
