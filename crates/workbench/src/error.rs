@@ -48,7 +48,10 @@ pub enum SessionError {
     #[error("there is no run: `train` starts one, `open FOLDER` opens one")]
     NoRun,
     /// All episodes of the run are done.
-    #[error("{run} is finished after {episodes} episodes{by}: `episodes` sets more, and `continue` then trains them")]
+    #[error(
+        "{run} is finished after {episodes} episodes{by}: `episodes N` sets more, and `continue` then trains them; \
+             `until` only pauses"
+    )]
     Finished { run: String, episodes: u64, by: String },
     /// There are no clusters yet.
     #[error("there are no action clusters: `clusters` computes them")]

@@ -1,15 +1,23 @@
 //! Training of dynamics models in the session.
 
+use std::path::Path;
+
 use super::command::{Command, ModelTrain};
 use super::job::{Progress, Reporter};
 use super::{Session, SessionError};
 use mge_base::atomic::Target;
 use mge_base::json;
+use mge_base::paths::suffix;
 use mge_dynamics::{self as dynamics, DynamicsError, train_to_file};
 use mge_experiments::sweep::ModelJob;
 
 /// The folder for models trained in the workbench.
 pub const MODELS: &str = "models";
+
+/// Whether a file may be a model by its name.
+pub(super) fn is_listed(path: &Path) -> bool {
+    ["safetensors", ""].contains(&&*suffix(path))
+}
 
 impl Session {
     /// Starts training a model, written to a file. Only one is trained at a time, as that keeps all cores busy.
@@ -18,6 +26,10 @@ impl Session {
             return Err(SessionError::Failed(format!("{name}: wait for its end, or end it with `model stop`")));
         }
         let ModelTrain { tools, to, epochs, settings } = command.clone();
+        if !is_listed(&to.path) {
+            let reason = format!("{}: a model's file ends in .safetensors, or has no ending", to.path.display());
+            return Err(SessionError::Failed(reason));
+        }
         let (tools, seed) = (tools.to_string(), self.config().seed.to_string());
         let epochs = epochs.iter().map(|epochs| ("epochs".to_owned(), epochs.to_string()));
         let settings: Vec<(String, String)> = epochs.chain(settings).collect();
@@ -83,6 +95,8 @@ mod tests {
     fn a_model_is_trained_into_a_new_folder_and_can_be_loaded() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("models/mine.safetensors");
+        let other = run("model train box mine.json 1").unwrap_err().to_string();
+        assert!(other.contains("mine.json: a model's file ends in .safetensors"), "it would not be listed: {other}");
         let line = format!("model train box {} 1\nwait", shell_words::quote(&path.display().to_string()));
         run(&line).unwrap();
         assert!(dynamics::Model::load(&path).is_ok());

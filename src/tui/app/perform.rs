@@ -1,6 +1,6 @@
 //! What actions do with the app.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::{App, Awaited, TerminalRequest};
 use crate::tui::actions::{Entry, Run, Tab};
@@ -87,12 +87,56 @@ impl App {
         Ok(())
     }
 
+    /// Carries out a typed command. On the Runs screen, one on a run is on the selected run.
+    ///
+    /// # Errors
+    /// When the command fails.
+    pub fn apply_typed(&mut self, command: Command) -> Result<(), String> {
+        let is_on_run = match &command {
+            Command::Continue(continued) => continued.folder.is_none(),
+            Command::Pause(_) | Command::Resume(_) | Command::Stop(_) => true,
+            Command::Evaluate(_) | Command::Checkpoint(_) | Command::Fork(_) => true,
+            _ => false,
+        };
+        match self.screens.runs.acted_on(&self.ui()).as_slice() {
+            [run] if is_on_run && self.tab == Tab::Runs => self.apply_to(&run.path.clone(), command),
+            _ => self.try_apply(command),
+        }
+    }
+
+    /// Carries out a command on a run. The watched run stays the same, unless the command plays or trains the other.
+    ///
+    /// # Errors
+    /// When the command fails.
+    pub fn apply_to(&mut self, run: &Path, command: Command) -> Result<(), String> {
+        let watched = self.subject.run().map(|watched| watched.path.clone());
+        let is_other = watched.as_deref() != Some(run);
+        let stays = matches!(command, Command::Evaluate(_) | Command::Fork(_) | Command::Continue(_));
+        if is_other {
+            self.workspace.apply(command::Open(run.to_owned()).into())?;
+        }
+        let outcome = self.try_apply(command);
+        if let Some(watched) = watched.filter(|_| is_other && (outcome.is_err() || !stays)) {
+            self.workspace.apply(command::Open(watched).into())?;
+        }
+        self.choose_subject(None, false);
+        outcome
+    }
+
+    /// Selects the watched run in the list of runs.
+    pub fn follow_watched(&mut self) {
+        if let Some(run) = self.subject.run() {
+            self.screens.runs.follow(&run.path);
+        }
+    }
+
     /// Carries out a command whose loss of work the user has confirmed.
     ///
     /// # Errors
     /// When the command fails.
     pub fn apply_confirmed(&mut self, command: Command) -> Result<(), String> {
         let [is_schedule, is_task] = [matches!(command, Command::Epsilon(_)), matches!(command, Command::Task(_))];
+        let is_training = matches!(command, Command::Train(_));
         let report = self.workspace.apply(command)?;
         if is_schedule {
             self.screens.schedule.discard();
@@ -106,6 +150,9 @@ impl App {
         self.show_message(level, report);
         // Update the subject at once: the next effect may refer to it.
         self.choose_subject(None, false);
+        if is_training {
+            self.follow_watched();
+        }
         Ok(())
     }
 

@@ -76,7 +76,12 @@ impl App {
     fn leave(&mut self, when: QuitState) {
         self.leaving = when;
         match when {
-            QuitState::WhenIdle => self.warn(Level::Info, "leaving when all runs are done; quit again to change that"),
+            QuitState::WhenIdle => {
+                let is_paused = self.workspace.view().active_runs().any(|run| run.state == RunState::Paused);
+                let asks = is_paused || !self.unsaved().is_empty() || self.screens.schedule.is_edited();
+                let asks = if asks { ", after a question about what is paused or not saved" } else { "" };
+                self.warn(Level::Info, &format!("leaving when all runs are done{asks}; quit again to change that"));
+            }
             QuitState::No => self.warn(Level::Info, "staying when all runs are done"),
             QuitState::Now => {}
         }

@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::App;
 use crate::tui::actions::Tab;
+use crate::tui::input::fill;
+use crate::tui::layers::some_of;
 use crate::tui::view::Level;
 use mge_base::atomic::{Format, Target};
 use mge_base::{bounded, json};
@@ -29,6 +31,8 @@ pub struct Remembered {
     seeds: u32,
     /// The method of the next run, and settings that are not its defaults.
     settings: Vec<(String, String)>,
+    /// The names of the runs that were being trained, or waited for it, when a signal ended the session.
+    cut_off: Vec<String>,
 }
 
 impl Remembered {
@@ -58,13 +62,14 @@ impl App {
         settings.insert(0, ("method".to_owned(), view.settings.method.to_string()));
         let file = view.file.as_ref().map(|file| absolute(file).unwrap_or(file.clone()).display().to_string());
         let task = file.or_else(|| shipped_name(&view.task.name)).unwrap_or_default();
-        Remembered { screen: self.tab, task, seeds: self.seeds, settings }
+        let cut_off = view.active_runs().filter(|_| !self.is_leaving()).map(|run| run.name.clone()).collect();
+        Remembered { screen: self.tab, task, seeds: self.seeds, settings, cut_off }
     }
 
     /// Makes remembered choices again, that of the task unless the user named one. Those that are no longer possible
     /// are told.
     pub fn restore(&mut self, remembered: Remembered, keeps_task: bool) {
-        let Remembered { screen, task, seeds, settings } = remembered;
+        let Remembered { screen, task, seeds, settings, cut_off } = remembered;
         self.seeds = seeds.max(1);
         let task = Some(task).filter(|task| !keeps_task && !task.is_empty()).map(|task| command::Task(task).into());
         let settings = settings.into_iter().map(|(key, value)| match key.as_str() {
@@ -78,5 +83,10 @@ impl App {
         }
         self.choose_subject(None, false);
         self.show(screen);
+        if !cut_off.is_empty() {
+            let names = some_of(cut_off.into_iter());
+            let remedy = fill("{continue-run} on the Runs screen ({screen-runs}) continues a run");
+            self.warn(Level::Warning, &format!("cut off when the last session ended: {names}; {remedy}"));
+        }
     }
 }

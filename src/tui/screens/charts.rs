@@ -38,6 +38,13 @@ impl<'a> Shown<'a> {
         }
     }
 
+    fn task(&self) -> &'a str {
+        match self {
+            Self::Run(run, _) => &run.config.task.name,
+            Self::Group(group, _) => &group.task,
+        }
+    }
+
     fn color(&self) -> mge_figures::Color {
         match self {
             Self::Run(_, Some(group)) | Self::Group(group, _) => group.color,
@@ -86,7 +93,11 @@ impl<'a> Charts<'a> {
     pub fn new(state: &'a CurvesState, shown: Vec<Shown<'a>>, ui: &'a Ui<'a>) -> Self {
         let all: Vec<[String; 2]> = shown.iter().map(Shown::names).collect();
         let is_unique = |[name, _]: &[String; 2]| all.iter().filter(|[other, _]| other == name).count() == 1;
-        let names = all.iter().map(|names| names[usize::from(!is_unique(names))].clone());
+        let several = shown.iter().any(|other| other.task() != shown[0].task());
+        let names = all.iter().zip(&shown).map(|(names, shown)| {
+            let name = &names[usize::from(!is_unique(names))];
+            if several { format!("{}: {name}", shown.task()) } else { name.clone() }
+        });
         let names = if shown.len() > 1 { names.collect() } else { vec![String::new()] };
         let colours = colours(&shown, ui.theme);
         let reference = reference(&shown, state.axis, ui);

@@ -139,6 +139,7 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
         Some(pair) => differences(pair, curves.page, inside, ui, buffer),
         None => inside,
     };
+    let order = if matches!(*shown, [Shown::Group(..), Shown::Run(..)]) { "group / run: " } else { "" };
     let charts = Charts::new(curves, shown, ui);
     if curves.alone {
         return charts.draw(curves.metric(), inside, buffer, regions);
@@ -151,7 +152,8 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
         None => (constants.clone(), 1),
     };
     let values: Vec<String> = values.iter().map(|(metric, value)| format!("{} {value}", metric.title())).collect();
-    let text: Vec<_> = lines(&values.join(" · "), inside.width, ui.theme.faint()).collect();
+    let order = if charts.crosshair().is_some() { order } else { "" };
+    let text: Vec<_> = lines(&format!("{order}{}", values.join(" · ")), inside.width, ui.theme.faint()).collect();
     let rows = Constraint::Length(if values.is_empty() { 0 } else { most.min(text.len() as u16) });
     let [inside, below] = Layout::vertical([Constraint::Fill(1), rows]).areas(inside);
     Text::from(text).render(below, buffer);

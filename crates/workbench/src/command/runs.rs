@@ -52,7 +52,7 @@ command! {
     Resume {
         /// Pause again after this many episodes in total.
         until: Option<u32> = UNTIL,
-    }: "resume" "[until N]" "resume the paused run";
+    }: "resume" "[until N]" "resume the paused run; `until N` pauses it again after episode N";
     execute = |this, session| {
         let control = this.until.map_or(Control::Resume, |episode| Control::PauseAt(episode.into()));
         session.send(control, "resumed {run}")
@@ -88,7 +88,7 @@ command! {
         folder: Option<PathBuf> = Optional(RUN, |word| word == "until"),
         /// Pause after this many episodes in total.
         until: Option<u32> = UNTIL,
-    }: "continue" "[FOLDER] [until N]" "continue a run from its checkpoint";
+    }: "continue" "[FOLDER] [until N]" "continue a run from its checkpoint; `until N` pauses it after episode N";
     execute = |this, session| session.continue_run(this);
     script_role = |this| {
         let depends_on = if this.folder.is_none() { DependsOn::Run } else { DependsOn::Nothing };
@@ -136,7 +136,7 @@ command! {
 
 command! {
     /// Plays the greedy policy of the current run.
-    Evaluate: "evaluate" "" "play the greedy policy of the watched run";
+    Evaluate: "evaluate" "" "play the greedy policy of the watched run, or on Runs of the selected one";
     execute = |_, session| session.evaluate();
     script_role = |_| ScriptRole { depends_on: DependsOn::Checkpoint, awaits: WaitFor::Result, ..ScriptRole::default() };
 }

@@ -12,6 +12,14 @@ use mge_results::is_listed_run;
 use mge_run::{Notes, RunDirectory, RunError, RunState, Stamp};
 use mge_trainer::RunConfig;
 
+/// Where a sweep's folder has its runs.
+const OF_SWEEP: &str = "runs";
+
+/// Whether a run belongs to a folder of runs, or of a sweep.
+pub(super) fn is_in(run: &Path, folder: &Path) -> bool {
+    run.parent().is_some_and(|parent| parent == folder || parent == folder.join(OF_SWEEP))
+}
+
 /// A folder as a scan has found it.
 #[derive(Debug, Clone, Default)]
 pub struct Folder {
@@ -62,7 +70,7 @@ impl Folder {
 
     /// What is known of the entries of the folder itself.
     fn entries(&self) -> impl Iterator<Item = &Known> {
-        self.known.iter().filter(|(path, _)| path.parent() == Some(&*self.path)).map(|(_, known)| known)
+        self.known.iter().filter(|(path, _)| is_in(path, &self.path)).map(|(_, known)| known)
     }
 
     /// Its runs, by path.
@@ -92,7 +100,11 @@ impl Folder {
 
     /// Lists the folder: adds new entries and drops deleted ones. True if there are any.
     fn list(&mut self, elsewhere: &[PathBuf]) -> Result<bool, RunError> {
-        let entries = entries(&self.path).map_err(RunError::io("read", &self.path))?;
+        let read = |path: &Path| entries(path).map_err(RunError::io("read", path));
+        let (mut entries, inner) = (read(&self.path)?, self.path.join(OF_SWEEP));
+        if inner.is_dir() {
+            entries.extend(read(&inner)?);
+        }
         let mut before = std::mem::take(&mut self.known);
         let mut is_new = false;
         for path in entries.into_iter().chain(elsewhere.iter().cloned()) {
@@ -313,6 +325,8 @@ mod tests {
         let folder = scan(None, &[other.clone(), runs.join("a")]);
         assert_eq!(folder.runs().map(|run| &*run.name).collect::<Vec<_>>(), ["a"]);
         assert!(folder.run(&other).is_some());
+        let of_sweep = Folder::scan(None, directory.path(), &[], Duration::MAX).unwrap();
+        assert_eq!(of_sweep.runs().map(|run| &*run.name).collect::<Vec<_>>(), ["other", "a"]);
         let without = scan(Some(&folder), &[]);
         assert_eq!(scan(Some(&without), &[other]).runs().count(), 1);
     }

@@ -128,9 +128,9 @@ pub struct Grouping {
 /// What the configurations of runs determine.
 #[derive(Debug, Clone, Default)]
 struct Known {
-    /// For each run its configured episodes and its schedule, the only settings that may change, and its row with the
-    /// settings in which it differs from others.
-    rows: HashMap<PathBuf, ((u64, EpsilonSchedule), LearningRow)>,
+    /// For each run its configured episodes, the success at which it ends and its schedule, the only settings that may
+    /// change, and its row with the settings in which it differs from others.
+    rows: HashMap<PathBuf, ((u64, Option<f64>, EpsilonSchedule), LearningRow)>,
     /// The settings in which no two runs differ.
     common: Settings,
 }
@@ -213,9 +213,9 @@ impl Known {
     }
 }
 
-/// The settings of a run that may change: its configured episodes and its schedule.
-fn may_change(run: &RunSummary) -> (u64, EpsilonSchedule) {
-    (run.episodes(), run.config.epsilon.clone())
+/// The settings of a run that may change.
+fn may_change(run: &RunSummary) -> (u64, Option<f64>, EpsilonSchedule) {
+    (run.episodes(), run.config.stop.success, run.config.epsilon.clone())
 }
 
 /// One run of each seed, in their order: the one with the most episodes, the latest of equal ones. Runs with the same
@@ -448,5 +448,9 @@ mod tests {
         grouper.stale = true;
         grouper.poll(&runs);
         assert!(!grouper.loader.is_loading() && !grouper.stale, "the runs are the same");
+        let before = Grouping::new(&runs, &Grouping::default());
+        assert!(before.is_of(&runs));
+        Arc::make_mut(&mut Arc::make_mut(&mut runs[0]).config).stop.success = Some(0.8);
+        assert!(!before.is_of(&runs), "a run that goes on beyond its success loses the setting");
     }
 }

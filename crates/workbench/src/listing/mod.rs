@@ -23,7 +23,7 @@ pub use models::ModelSummary;
 pub use summary::RunSummary;
 
 use crate::{Loader, RunView, Session};
-use folder::Folder;
+use folder::{Folder, is_in};
 use groups::Grouper;
 use histories::Histories;
 use mge_run::RunState;
@@ -173,6 +173,7 @@ impl Listing {
         let summary = RunSummary {
             name: run.name(),
             opened: true,
+            elsewhere: !is_in(path, session.folder()),
             made: on_disk.and_then(|known| known.made),
             active: run.is_active(),
             queued: run.is_queued(),

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::MODELS;
-use mge_base::paths::{entries, suffix};
+use crate::models::{MODELS, is_listed};
+use mge_base::paths::entries;
 use mge_dynamics::{Evaluation, LaunchErrors, Model, OneTool, shipped, shipped_models};
 use mge_physics::ToolKind;
 use mge_task::Task;
@@ -60,7 +60,7 @@ impl ModelSummary {
             Ok(files) => files,
             Err(error) => return vec![Self::new(&folder.display().to_string(), &error.to_string())],
         };
-        files.retain(|path| path.is_file() && ["safetensors", ""].contains(&&*suffix(path)));
+        files.retain(|path| path.is_file() && is_listed(path));
         files.sort();
         let read = |path: &PathBuf| {
             let name = path.display().to_string();

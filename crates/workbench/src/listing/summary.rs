@@ -26,6 +26,8 @@ pub struct RunSummary {
     pub note: String,
     /// It is open in the session; otherwise only its last state is known.
     pub opened: bool,
+    /// It is a run of the session, in another folder than that for runs.
+    pub elsewhere: bool,
     /// A thread of this program trains it.
     pub active: bool,
     /// It waits for a free core.
@@ -61,6 +63,7 @@ impl RunSummary {
             name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             path: path.to_owned(),
             opened: false,
+            elsewhere: false,
             active: false,
             queued: false,
             damaged: false,

@@ -154,7 +154,8 @@ fn a_finished_run_is_extended_to_the_episodes_set() {
     play(&mut session, &["method ddpg", "set ddpg.hidden 4", "episodes 3", &train, "wait", "expect episodes = 3"]);
     let log = || std::fs::read(folder.path().join("run/events.jsonl")).unwrap();
     let before = log();
-    let refusal = "run is finished after 3 episodes: `episodes` sets more, and `continue` then trains them";
+    let refusal = "run is finished after 3 episodes: `episodes N` sets more, and `continue` then trains them; \
+                   `until` only pauses";
     assert_eq!(apply(&mut session, "continue").unwrap_err(), refusal);
     assert_eq!(log(), before, "nothing is written");
     play(&mut session, &["episodes 5", "continue", "wait", "expect episodes = 5", "episodes 4"]);
@@ -166,7 +167,9 @@ fn a_finished_run_is_extended_to_the_episodes_set() {
     play(&mut session, &rule);
     session.setup.extends_to = None;
     let refusal = apply(&mut session, "continue").unwrap_err();
-    assert!(refusal.contains("after 100 episodes of 200, by its `stop.success`, which ends if it goes on: `episodes`"));
+    assert!(
+        refusal.contains("after 100 episodes of 200, by its `stop.success`, which ends if it goes on: `episodes N`")
+    );
     let report = apply(&mut session, "episodes 101").and_then(|_| apply(&mut session, "continue"));
     assert!(report.is_err(), "fewer than it was to have");
     play(&mut session, &["episodes 200"]);

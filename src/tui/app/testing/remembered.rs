@@ -1,6 +1,6 @@
 //! What is remembered between sessions.
 
-use super::{app, empty, grouped, press, shot, text};
+use super::{app, empty, grouped, press, shot, text, typical};
 use crate::tui::app::{App, Remembered};
 use crate::tui::view::{SessionWorkspace, ViewModel};
 
@@ -26,6 +26,11 @@ fn choices_are_made_again_in_the_next_session() {
     assert_eq!(*asked.borrow(), settings, "the user named another task");
     let screen = text(&shot(&mut second, 120, 40));
     assert!(screen.contains("runs in runs"), "{screen}");
+    let (mut cut_off, _) = app(view());
+    let (training, _) = app(typical());
+    cut_off.restore(training.remembered(), true);
+    let expected = "cut off when the last session ended: task1-ddpg-mge-seed0; C on the Runs screen (5)";
+    assert!(cut_off.message().contains(expected), "{}", cut_off.message());
     press(&mut second, "t down down");
     assert!(text(&shot(&mut second, 120, 40)).contains("seeds      > 3"));
 }

@@ -154,7 +154,7 @@ impl CommandPalette {
                 let line = self.input.text().trim().to_owned();
                 return Response::Try(Effect::new(|app| {
                     app.remember(line);
-                    app.try_apply(command)
+                    app.apply_typed(command)
                 }));
             }
             Ok(None) => return Response::Leave,

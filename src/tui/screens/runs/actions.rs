@@ -1,6 +1,6 @@
 //! What keys do with the selected line of the list, and with the list itself.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::super::Ui;
 use super::line::Line;
@@ -9,6 +9,7 @@ use crate::tui::actions::Tab;
 use crate::tui::effect::Effect;
 use crate::tui::layers::Form;
 use crate::tui::view::{Level, RunSummary};
+use mge_run::{Notes, RunDirectory};
 use mge_workbench::{Command, command};
 
 pub fn no_run() -> Vec<Effect> {
@@ -98,42 +99,53 @@ fn on_single(runs: &[&RunSummary], ui: &Ui, done: &str, act: impl FnOnce(&RunSum
     }
 }
 
-/// Opens a run, if it is not watched, before an effect.
-fn opened(run: &RunSummary, ui: &Ui, effect: Effect) -> Vec<Effect> {
-    let open = (!ui.is_watched(run)).then(|| Effect::apply(command::Open(run.path.clone())));
-    open.into_iter().chain([effect]).collect()
-}
-
 /// Plays the greedy policy of a run.
 pub fn evaluate(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
-    on_single(runs, ui, "evaluated", |run| opened(run, ui, Effect::apply(command::Evaluate)))
+    on_single(runs, ui, "evaluated", |run| {
+        let path = run.path.clone();
+        vec![Effect::new(move |app| app.apply_to(&path, command::Evaluate.into()))]
+    })
 }
 
 /// Opens the palette with the command that forks a run, at the past episode that is shown.
 pub fn fork(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     on_single(runs, ui, "forked", |run| {
         let past = ui.subject.past_episode().filter(|_| ui.is_watched(run));
-        opened(run, ui, Effect::palette(format!("fork {}", past.unwrap_or(run.done))))
+        let open = (!ui.is_watched(run)).then(|| Effect::apply(command::Open(run.path.clone())));
+        open.into_iter().chain([Effect::palette(format!("fork {}", past.unwrap_or(run.done)))]).collect()
     })
 }
 
-/// Asks for a text of a run, which is taken as it is typed.
-fn ask(run: &RunSummary, [what, hint]: [&str; 2], text: &str, set: fn(PathBuf, String) -> Command) -> Vec<Effect> {
-    let folder = run.path.clone();
-    let read = move |text: &str| Ok(Effect::apply(set(folder.clone(), text.to_owned())));
+/// Asks for a text of a run, which is taken as it is typed, unless another program has changed it meanwhile: `get` reads
+/// it.
+fn ask(
+    run: &RunSummary,
+    [what, hint]: [&str; 2],
+    text: &str,
+    get: fn(Notes) -> String,
+    set: fn(PathBuf, String) -> Command,
+) -> Vec<Effect> {
+    let now = move |folder: &Path| RunDirectory::at(folder).notes().map_or_else(|_| String::new(), get);
+    let (folder, before) = (run.path.clone(), now(&run.path));
+    let read = move |text: &str| match now(&folder) {
+        now if now == before => Ok(Effect::apply(set(folder.clone(), text.to_owned()))),
+        now => Err(format!("another program has changed it to `{now}`: close this and open it again")),
+    };
     vec![Effect::open(Form::prompt(format!("{what} {}", run.name), hint, text, read))]
 }
 
 /// Asks for the note on a run.
 pub fn edit_note(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     let set = |folder, text| command::Note { folder, text }.into();
-    on_single(runs, ui, "given a note", |run| ask(run, ["note on", "no text removes it"], &run.note, set))
+    let words = ["note on", "no text removes it"];
+    on_single(runs, ui, "given a note", |run| ask(run, words, &run.note, |notes| notes.note, set))
 }
 
 /// Asks for the name of a run.
 pub fn rename(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     let set = |folder, name| command::Rename { folder, name }.into();
-    on_single(runs, ui, "renamed", |run| ask(run, ["name of", "no text: that of its folder"], &run.name, set))
+    let words = ["name of", "no text: that of its folder"];
+    on_single(runs, ui, "renamed", |run| ask(run, words, &run.name, |notes| notes.name, set))
 }
 
 /// Asks which runs are listed.

@@ -28,9 +28,9 @@ pub fn pause(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     let waits = if waits { "; those that wait begin as cores become free: {stop} prevents it" } else { "" };
     let wanted: Vec<_> = wanted.map(|run| (run, command(run))).collect();
     let going = format!("{} {}", if all_paused { "resuming" } else { "pausing" }, wanted.len());
-    let going = if wanted.is_empty() { "none of them is being trained" } else { &going };
+    let going = if wanted.is_empty() { none_going(runs) } else { going };
     let report = Effect::info(ui.text(&format!("{going}{waits}")));
-    on_each(wanted.into_iter(), ui).into_iter().chain(Some(report).filter(|_| runs.len() > 1)).collect()
+    on_each(wanted.into_iter()).into_iter().chain(Some(report).filter(|_| runs.len() > 1)).collect()
 }
 
 /// Whether a run is queued, being trained or paused.
@@ -46,17 +46,23 @@ pub fn go_on(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     };
     let (over, others): (Vec<&RunSummary>, Vec<&RunSummary>) = runs.iter().copied().partition(is_over);
     let resumed = |run: &RunSummary| command::Continue { folder: Some(run.path.clone()), until: None };
-    let mut effects: Vec<Effect> = others.into_iter().map(|run| Effect::apply(resumed(run))).collect();
+    let mut effects: Vec<Effect> = others.iter().map(|run| Effect::apply(resumed(run))).collect();
+    let mut told = format!("continuing {}", if others.is_empty() { "none".into() } else { names(&others) });
     if !over.is_empty() {
-        let (done, more) = (format!("{} of {}", over.len(), runs.len()), "`:episodes N` sets more episodes");
-        effects.push(Effect::info(format!("continuing {}; finished: {done}; {more}", effects.len())));
+        told = format!("{told}; finished: {} of {}; `:episodes N` sets more episodes", over.len(), runs.len());
     }
+    effects.extend(Some(Effect::info(told)).filter(|_| runs.len() > 1));
     effects
 }
 
 /// The names of runs, or of some of them and the number of the others.
 fn names(runs: &[&RunSummary]) -> String {
     some_of(runs.iter().map(|run| run.name.clone()))
+}
+
+/// That no run is being trained or waits for it.
+fn none_going(runs: &[&RunSummary]) -> String {
+    format!("none of {} is being trained", names(runs))
 }
 
 /// Deletes runs after a question, except those that are queued, being trained or paused.
@@ -78,10 +84,10 @@ pub fn delete(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
 }
 
 /// Stops a single run in any state, or those of several runs that are being trained; asks first if any is.
-pub fn stop(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
+pub fn stop(runs: &[&RunSummary], _: &Ui) -> Vec<Effect> {
     let stopped: Vec<&RunSummary> = runs.iter().copied().filter(|run| runs.len() == 1 || is_going(run)).collect();
     if stopped.is_empty() {
-        return vec![Effect::info("none of them is being trained")];
+        return vec![Effect::info(none_going(runs))];
     }
     let (title, what) = (format!("stop {}?", counted(stopped.len(), "run")), names(&stopped));
     let text = format!(
@@ -89,27 +95,19 @@ pub fn stop(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
          later."
     );
     let asks = stopped.iter().any(|run| is_going(run));
-    let stop = on_each(stopped.into_iter().map(|run| (run, command::Stop.into())), ui);
+    let stop = on_each(stopped.into_iter().map(|run| (run, command::Stop.into())));
     if !asks {
         return stop;
     }
     vec![Effect::open(Question::warning(&title, text, vec![('y', "stop", Effect::all(stop))]))]
 }
 
-/// Opens each run and applies its command. After several runs, the watched run is opened again.
-fn on_each<'a>(runs: impl Iterator<Item = (&'a RunSummary, Command)>, ui: &Ui) -> Vec<Effect> {
-    let mut effects = Vec::new();
-    let mut last_is_watched = true;
-    for (run, command) in runs {
-        let open = Some(Effect::apply(command::Open(run.path.clone())));
-        let open = open.filter(|_| !(ui.is_watched(run) && last_is_watched));
-        last_is_watched = ui.is_watched(run);
-        effects.push(Effect::all(open.into_iter().chain([Effect::apply(command)]).collect()));
-    }
-    // A single run stays open.
-    if effects.len() > 1 && !last_is_watched {
-        effects.extend(ui.subject.run().map(|watched| Effect::apply(command::Open(watched.path.clone()))));
-    }
+/// Applies its command to each run.
+fn on_each<'a>(runs: impl Iterator<Item = (&'a RunSummary, Command)>) -> Vec<Effect> {
+    let apply = |(run, command): (&RunSummary, Command)| {
+        let path = run.path.clone();
+        Effect::new(move |app| app.apply_to(&path, command))
+    };
     // One that has ended meanwhile does not keep the command from the others.
-    vec![Effect::each(effects)]
+    vec![Effect::each(runs.map(apply).collect())]
 }

@@ -53,9 +53,10 @@ pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
     lines.into_iter().flat_map(unfolded).collect()
 }
 
-/// Widths of the mark with the colour, and of the state.
+/// Width of the mark with the colour.
 const MARK: u16 = 3;
-const STATE: u16 = 11;
+/// Least and greatest width of the state.
+const STATE: [u16; 2] = [11, 14];
 /// Least width of a name beside the columns, and greatest one.
 const NAME: [u16; 2] = [20, 70];
 
@@ -75,13 +76,15 @@ pub fn draw(
     let labels: BTreeSet<&str> =
         ui.view.runs.iter().filter_map(|run| Some(&*ui.view.groups.of(&run.path)?.label)).collect();
     let named = lines.iter().take(columns::JUDGED).map(|line| line.named(usize::from(NAME[1]), several_tasks, &labels));
+    let states = lines.iter().take(columns::JUDGED).map(|line| width(&line.state(theme).0) as u16);
+    let state_width = states.max().unwrap_or(0).clamp(STATE[0], STATE[1]);
     // Names that set the lines apart come before all columns but the first ones.
-    let most = area.width.saturating_sub(MARK + STATE + columns::FIRST + 3).max(NAME[0]);
+    let most = area.width.saturating_sub(MARK + state_width + columns::FIRST + 3).max(NAME[0]);
     let least = named.map(|name| width(&name) as u16).max().unwrap_or(0).clamp(NAME[0], most);
-    let shown = columns::fitting(lines, area.width.saturating_sub(MARK + STATE + least + 3), ui);
-    let taken: u16 = MARK + STATE + 3 + shown.iter().map(|column| column.width + 1).sum::<u16>();
+    let shown = columns::fitting(lines, area.width.saturating_sub(MARK + state_width + least + 3), ui);
+    let taken: u16 = MARK + state_width + 3 + shown.iter().map(|column| column.width + 1).sum::<u16>();
     let name = area.width.saturating_sub(taken).min(NAME[1]);
-    let widths: Vec<Constraint> = [MARK, name, STATE]
+    let widths: Vec<Constraint> = [MARK, name, state_width]
         .into_iter()
         .chain(shown.iter().map(|column| column.width))
         .map(Constraint::Length)
@@ -103,7 +106,7 @@ pub fn draw(
         let first = [
             Text::from(TextLine::from(mark)),
             Text::from(line.named(usize::from(name), several_tasks, &labels)),
-            Text::styled(shortened(&text, usize::from(STATE), false), style),
+            Text::styled(shortened(&text, usize::from(state_width), false), style),
         ];
         let others = shown.iter().map(|one| cell(&(one.cell)(line, ui, &one.heading).unwrap_or_default(), one));
         Row::new(first.into_iter().chain(others))

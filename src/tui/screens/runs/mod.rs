@@ -10,7 +10,7 @@ mod list;
 mod preview;
 
 use std::collections::HashSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock};
 
 use ratatui::buffer::Buffer;
@@ -28,6 +28,7 @@ pub use actions::{
 pub use bulk::{delete, go_on, pause, stop};
 use filter::Filter;
 use line::{Line, LineKey};
+use mge_base::text::printable;
 use mge_task as task;
 use mge_trainer::{RunConfig, config_keys};
 
@@ -76,6 +77,11 @@ impl Runs {
     /// The marked runs.
     pub fn marked<'a>(&self, view: &'a ViewModel) -> Vec<&'a RunSummary> {
         view.runs.iter().map(|run| &**run).filter(|run| self.is_marked(run)).collect()
+    }
+
+    /// Selects the line of a run, also one that is not listed yet.
+    pub fn follow(&mut self, run: &Path) {
+        self.selected = Some((false, run.to_owned()));
     }
 
     /// Ends the filter, or else removes all marks; false if there is neither.
@@ -142,6 +148,8 @@ pub fn draw(state: &Runs, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mu
         preview::draw(ui, line, &details, state.whole, right, buffer);
         details.clear();
         area = left;
+    } else if let Some(Line::Run(run, _)) = lines.get(selected).filter(|line| !line.foremost().note.is_empty()) {
+        details = format!("{details}; note: {}", printable(&run.note));
     }
     let is_reading = ui.view.runs_unread > 0 && !ui.view.runs.is_empty();
     let inside = pane(&title(state, ui, is_reading), area, ui.theme, buffer);
@@ -213,7 +221,11 @@ fn about_run(run: &RunSummary) -> String {
     let state = run.state_word();
     let work = run.preparing.as_ref().map_or_else(String::new, |work| format!(": {work}"));
     let (tasks, method, seed) = (&run.config.task.name, run.config.method.name(), run.config.seed);
-    let folder = if run.name == run.folder() { String::new() } else { format!(" (folder {})", run.folder()) };
+    let folder = match run.elsewhere {
+        true => format!(" ({})", run.path.display()),
+        false if run.name != run.folder() => format!(" (folder {})", run.folder()),
+        false => String::new(),
+    };
     format!("{}{folder}: {tasks}, {method}, seed {seed}, {done}, {state}{work}{reason}{fork}{changed}", run.name)
 }
 

@@ -50,8 +50,9 @@ fn shown<'a>(ui: &Ui<'a>, line: &Line<'a>) -> Vec<Shown<'a>> {
     match line {
         Line::Run(run, _) => vec![Shown::run(run, ui.view)],
         Line::Group(group, runs) => match &group.curves {
-            Some(curves) => vec![Shown::Group(group, curves)],
-            None => runs.iter().map(|run| Shown::run(run, ui.view)).collect(),
+            Some(curves) if runs.len() == group.runs.len() => vec![Shown::Group(group, curves)],
+            // Not the mean of runs that are not listed.
+            _ => runs.iter().map(|run| Shown::run(run, ui.view)).collect(),
         },
     }
 }

@@ -35,6 +35,7 @@ fn leaving_can_wait_until_all_runs_are_done() {
     let mut view = typical();
     (view.dirty, view.proposed) = (false, Vec::new());
     check(view.clone(), "q w", &[], "leaving when all runs are done");
+    check(typical(), "q w", &[], "all runs are done, after a question about what is paused or not saved");
     let (mut busy, _) = app(view.clone());
     press(&mut busy, "q w");
     assert_eq!(busy.leaving, QuitState::WhenIdle);

@@ -54,10 +54,10 @@ fn a_group_whose_runs_all_wait_is_queued() {
 }
 
 #[test]
-fn a_state_that_does_not_fit_is_shortened_with_a_sign() {
+fn the_column_of_states_has_room_for_them() {
     let mut view = grouped();
     change_run(&mut view, 1, |run| run.state = RunState::NotStarted);
-    check(view, "5", &[], "1 not sta.. ");
+    check(view, "5", &[], "1 not started ");
 }
 
 #[test]
@@ -116,7 +116,10 @@ fn a_renamed_run_is_found_by_its_folder_which_its_card_names() {
     let mut view = grouped();
     change_run(&mut view, 4, |run| run.name = "best".into());
     check(view.clone(), "5 / p l a i n - 1 enter", &[], "best (folder plain-1): task1");
-    check(view, "5 / n a m e = b e s t enter enter", &["open runs/plain-1"], "");
+    check(view.clone(), "5 / n a m e = b e s t enter enter", &["open runs/plain-1"], "");
+    change_run(&mut view, 4, |run| run.elsewhere = true);
+    check(view.clone(), "5 / n a m e = b e s t enter", &[], "best elsewhere");
+    check(view, "5 / n a m e = b e s t enter", &[], "best (runs/plain-1): task1");
 }
 
 #[test]

@@ -24,6 +24,8 @@ fn runs_are_watched_filtered_continued_and_evaluated() {
     check(typical(), "5 down C", &["continue runs/old"], "");
     check(typical(), "5 v", &["evaluate"], "");
     check(typical(), "5 down v", &["open runs/old", "evaluate"], "");
+    check(typical(), "5 down : e v a l u a t e enter", &["open runs/old", "evaluate"], "");
+    check(grouped(), "5 : t r a i n space n e w enter enter", &["train new", "open runs/guided-0"], "");
     check(typical(), "5 / o l d enter", &[], "with `old`");
     check(typical(), "5 / n o p e enter", &[], "No run matches this filter");
     check(typical(), "5 / n o p e enter esc", &[], "running");
@@ -63,11 +65,11 @@ fn actions_apply_to_all_marked_runs_after_one_question() {
     check(typical(), "5 space down space X", &[], "because they have not ended: 1");
     check(typical(), "5 space down space X y", &["delete runs/old"], "");
     let go_on = ["continue runs/old", "continue runs/task1-ddpg-mge-seed0"];
-    check(typical(), "5 space down space C", &go_on[1..], "finished: 1 of 2; `:episodes N` sets more episodes");
+    check(typical(), "5 space down space C", &go_on[1..], "continuing task1-ddpg-mge-seed0; finished: 1 of 2; `:epis");
     let longer = ViewModel { extends_to: Some(4000), ..typical() };
-    check(longer, "5 space down space C", &go_on, "");
+    check(longer, "5 space down space C", &go_on, "continuing old, task1-ddpg-mge-seed0");
     check(typical(), "5 space down space p", &["pause"], "pausing 1");
-    check(grouped(), "5 p", &[], "none of them is being trained");
+    check(grouped(), "5 p", &[], "none of plain-0, plain-1, plain-2 is being trained");
     let mut view = typical();
     change_run(&mut view, 1, |run| run.state = RunState::Paused);
     check(view, "5", &[], "p resume ");
@@ -112,7 +114,20 @@ fn notes_and_names_are_written_to_the_run() {
     check(grouped(), "5 tab down n ctrl-w b e s t enter", &[name], "");
     let mut view = grouped();
     change_run(&mut view, 0, |run| run.note = "holds".into());
+    let (mut small, _) = app(view.clone());
+    press(&mut small, "5 down tab down");
+    let screen = text(&shot(&mut small, 80, 24));
+    assert!(screen.contains("note: holds"), "{screen}");
     check(view, "5 / n o t e : h o l d s enter enter", &["open runs/guided-0"], "");
+    let (folder, mut view) = (tempfile::tempdir().unwrap(), typical());
+    let run = mge_run::RunDirectory::create(folder.path().join("old"), &1).unwrap();
+    change_run(&mut view, 0, |old| old.path = run.path().to_owned());
+    let (mut app, asked) = app(view);
+    press(&mut app, "5 down i m i n e");
+    run.change_notes(|notes| notes.note = "theirs".into()).unwrap();
+    press(&mut app, "enter");
+    let screen = text(&shot(&mut app, 120, 40));
+    assert!(screen.contains("another program has changed it to `theirs`") && asked.borrow().is_empty(), "{screen}");
 }
 
 #[test]
@@ -130,7 +145,9 @@ fn a_list_of_ten_thousand_runs_is_drawn_around_the_selection() {
 #[test]
 fn on_the_runs_screen_the_selected_run_is_paused_and_stopped() {
     check(typical(), "5 down p", &[], "old is finished: there is nothing to pause");
-    check(typical(), "5 down x", &["open runs/old", "stop"], "");
+    let stop = ["open runs/old", "stop", "open runs/task1-ddpg-mge-seed0"];
+    check(typical(), "5 down x", &stop, "");
+    check(typical(), "5 down : s t o p enter", &stop, "");
     check(typical(), "5 x", &[], "stop 1 run?");
     check(typical(), "5 p", &["pause"], "");
 }
@@ -227,7 +244,7 @@ fn the_question_on_stopping_runs_says_what_happens_to_each() {
         }
         check(view, "5 space down space x", &[], shown);
     };
-    asks(0, 0, "none of them is being trained");
+    asks(0, 0, "plain-1, plain-2 is being trained");
     asks(1, 1, "guided-0, guided-1: in training");
     asks(0, 1, "stop 1 run?");
     asks(1, 0, "stop 1 run?");
