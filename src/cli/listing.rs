@@ -1,6 +1,7 @@
 //! `mge runs`, `mge show` and `mge compare`: what is known of runs, as text or JSON.
 
 use std::path::Path;
+use std::slice;
 
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
@@ -59,11 +60,7 @@ fn age(run: &Path) -> Option<f64> {
 fn line(run: &RunSummary) -> [String; 7] {
     let changed = age(&run.path).map_or_else(|| "-".to_owned(), |age| format!("{} ago", span(age)));
     let episodes = format!("{}/{}", run.done, run.episodes());
-    let label = if run.path.file_name().is_some_and(|folder| *folder != *run.name) {
-        format!("{}: {}", run.name, run.label)
-    } else {
-        run.label.clone()
-    };
+    let label = run.given_name().map_or_else(|| run.label.clone(), |name| format!("{name}: {}", run.label));
     let edited = if is_edited(&run.config.task) { " (edited)" } else { "" };
     let task = format!("{}{edited}", run.config.task.name);
     let success = run.success.map_or_else(|| "-".to_owned(), |success| format!("{:.0} %", 100.0 * success));
@@ -88,34 +85,38 @@ fn entry(run: &RunSummary) -> Value {
     })
 }
 
-/// Reads a run, with its history, which is empty before it has begun; a folder of runs is refused.
-fn read(folder: &Path) -> Outcome<(RunDirectory, FoundRun, RunHistory)> {
-    let directory = RunDirectory::open(folder)?;
-    let mut runs = read_runs(&[folder.to_owned()])?;
-    let run = runs.pop().ok_or_else(|| RunError::NoRuns(folder.to_owned()))?;
-    let history = RunHistory::read(&directory).unwrap_or_default();
-    Ok((directory, run, history))
+/// What was done to a run from outside, such as another epsilon schedule, and its history, which is empty before it has
+/// begun.
+fn done_to(run: &FoundRun) -> (Vec<String>, RunHistory) {
+    let history = RunHistory::read(&RunDirectory::at(&run.path)).unwrap_or_default();
+    let all = listing::interventions(&run.config, &history.interventions).into_iter();
+    (all.map(|(episode, text)| format!("episode {episode}: {text}")).collect(), history)
 }
 
 /// Shows a run.
 pub fn show(arguments: &Show) -> Outcome {
-    let (directory, run, history) = read(&arguments.run)?;
-    let notes = directory.notes()?;
-    let settings: Map<String, Value> =
-        non_default_settings(&run.config).into_iter().map(|(path, value)| (path, value.into())).collect();
+    let mut run = read_runs(slice::from_ref(&arguments.run))?.remove(0);
+    // It is defined among runs that are compared.
+    run.trained.row.charged_area = None;
+    let (interventions, history) = done_to(&run);
+    // The method is shown above them, and what a fork was given among its interventions.
+    let settings = non_default_settings(&run.config).into_iter();
+    let settings = settings.filter(|(path, _)| !["method", "fork.tasks"].contains(&&**path));
+    let settings: Map<String, Value> = settings.map(|(path, value)| (path, value.into())).collect();
     let shown = json!({
         "run": run.path.display().to_string(),
-        "name": directory.name(),
+        "name": run.name(),
         "state": run.state.name(),
         "reason": run.state.reason(),
         "task": run.config.task.name,
         "task_edited": Some(true).filter(|_| is_edited(&run.config.task)),
+        "method": run.config.method.name(),
         "label": run_label(&run.config),
         "settings": settings,
         "seconds": history.times.last().map(|last| last.seconds.round()),
         "results": results(&run.trained.row),
-        "interventions": Some(interventions(&run, &history)).filter(|all| !all.is_empty()),
-        "note": notes.note,
+        "interventions": Some(interventions).filter(|all| !all.is_empty()),
+        "note": RunDirectory::at(&run.path).notes()?.note,
     });
     if arguments.format.json {
         return output::json(&shown);
@@ -130,12 +131,6 @@ pub fn show(arguments: &Show) -> Outcome {
         None => [path, text(value)],
     };
     output::table(&lines.map(line).collect::<Vec<_>>())
-}
-
-/// What was done to a run from outside, such as another epsilon schedule.
-fn interventions(run: &FoundRun, history: &RunHistory) -> Vec<String> {
-    let all = listing::interventions(&run.config, &history.interventions).into_iter();
-    all.map(|(episode, text)| format!("episode {episode}: {text}")).collect()
 }
 
 /// A result for a person: numbers with at most three decimals, unless these do not tell it.
@@ -160,14 +155,15 @@ fn results(row: &impl serde::Serialize) -> Value {
 
 /// Compares two runs.
 pub fn compare(arguments: &Compare) -> Outcome {
-    let [(_, first, of_first), (_, second, of_second)] = [read(&arguments.first)?, read(&arguments.second)?];
-    let done = [interventions(&first, &of_first), interventions(&second, &of_second)];
+    let runs = read_runs(&[arguments.first.clone(), arguments.second.clone()])?;
+    let [first, second] = [&runs[0], &runs[1]];
+    let done = [first, second].map(|run| done_to(run).0);
     let settings = differences(&first.config, &second.config);
-    let rows = [&first, &second].map(|run| results(&run.trained.row));
+    let rows = [first, second].map(|run| results(&run.trained.row));
     if arguments.format.json {
         let settings: Map<String, Value> = settings.into_iter().map(|(path, values)| (path, json!(values))).collect();
-        let runs = [&first, &second].map(|run| run.path.display().to_string());
-        let names = [&first, &second].map(|run| run.name());
+        let runs = [first, second].map(|run| run.path.display().to_string());
+        let names = [first, second].map(|run| run.name());
         return output::json(
             &json!({ "runs": runs, "names": names, "settings": settings, "interventions": done, "results": rows }),
         );
@@ -175,8 +171,8 @@ pub fn compare(arguments: &Compare) -> Outcome {
     let [ours, theirs] = rows.each_ref().map(|row| json::leaf_values(row));
     let results =
         ours.into_iter().zip(theirs).map(|((key, a), (_, b))| (result_label(&key).to_owned(), [a, b].map(result_text)));
-    let names = ("run".to_owned(), [&first, &second].map(|run| run.path.display().to_string()));
-    let given = ("name".to_owned(), [&first, &second].map(|run| run.trained.row.name.clone()));
+    let names = ("run".to_owned(), [first, second].map(|run| run.path.display().to_string()));
+    let given = ("name".to_owned(), [first, second].map(|run| run.trained.row.name.clone()));
     let done = ("interventions".to_owned(), done.map(|all| all.join("; ")));
     let [given, done] =
         [given, done].map(|row| Some(row).filter(|(_, texts)| texts.iter().any(|text| !text.is_empty())));

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use super::arguments::Play;
 use super::output::{self, Outcome};
+use mge_base::text::counted;
 use mge_base::{bounded, json};
 use mge_env::protocol;
 use mge_env::protocol::Catalogue;
@@ -53,6 +54,10 @@ fn play_actions(task: &str, actions: &Path) -> Outcome {
     let name = actions.display().to_string();
     let text = bounded::read(actions, bounded::TEXT).map_err(|error| format!("{name}: {error}"))?;
     let actions: Vec<Action> = json::parse(&text, &name)?;
-    protocol::play_actions(task, &actions, output::stream())?;
+    let played = protocol::play_actions(task, &actions, output::stream())?;
+    if played < actions.len() {
+        let left = counted(actions.len() - played, "action");
+        output::message(format_args!("the episode ended after {}: {left} not played", counted(played, "action")));
+    }
     Ok(())
 }

@@ -30,7 +30,9 @@ pub fn report(arguments: &Report) -> Outcome {
     if hold_measured(&arguments.runs)? {
         let left_out = report_measured(&arguments.runs, &out, &bootstrap, &command)?;
         if left_out > 0 {
-            output::message(format_args!("{left_out} left out, as they are not finished or damaged"));
+            output::message(format_args!(
+                "{left_out} left out: not finished, damaged, or not of the kind of the first"
+            ));
         }
         return Ok(output::line(arguments.out.join("report.md").display())?);
     }

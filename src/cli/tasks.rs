@@ -59,7 +59,7 @@ fn list(as_json: bool) -> Outcome {
         let about = format!("{tools}; places a {placeable}; {subgoals}");
         output::lines(format_args!("{}  {about}\n       {}\n", task.name, task.description))?;
     }
-    Ok(())
+    Ok(output::line("by name also tune1 to tune6, for choosing settings, and create/LEVEL-random, with random shifts")?)
 }
 
 fn check(files: &[String]) -> Outcome {

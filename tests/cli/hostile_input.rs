@@ -40,6 +40,16 @@ fn empty_environment_variables_count_as_none() {
 }
 
 #[test]
+fn actions_after_the_end_of_an_episode_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("a.json"), format!("[{}]", vec!["[0.9, 0.9]"; 25].join(", "))).unwrap();
+    let output = mge(folder.path(), ["play", "task1", "--actions", "a.json"]);
+    let played = text(&output.stdout).lines().count();
+    let told = format!("the episode ended after {played} actions: {} actions not played", 25 - played);
+    assert!(played < 25 && text(&output.stderr).contains(&told), "{}", text(&output.stderr));
+}
+
+#[test]
 fn a_closed_output_ends_quietly_and_a_full_one_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
     train(folder.path());

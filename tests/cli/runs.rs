@@ -52,8 +52,20 @@ fn a_run_is_shown_and_two_are_compared() {
     train(here, "b", &["--set", "ddpg.gamma=0.5"]);
     let shown = json_of(here, &["show", "b", "--json"]);
     assert_eq!([&shown["settings"]["ddpg.gamma"], &shown["results"]["episodes"]], [&json!("0.5"), &json!(4)]);
+    let [charged, others] = ["charged_actions", "charged"].map(|key| shown["results"][key].as_u64());
+    assert!(charged > Some(4) && others == Some(0), "{shown}");
     let lines = succeed(mge(here, ["show", "b"]));
-    assert!(lines.lines().any(|line| line.starts_with("settings.ddpg.gamma ") && line.ends_with(" 0.5")), "{lines}");
+    let has = |name: &str, value: &str| lines.lines().any(|line| line.starts_with(name) && line.ends_with(value));
+    assert!(has("settings.ddpg.gamma ", " 0.5") && has("episodes done ", " 4") && has("method ", " ddpg"), "{lines}");
+    assert!(!lines.contains("settings.method") && !lines.contains("charged area"), "a run alone has none: {lines}");
+    let mut task = mge::task::load("task1").unwrap();
+    task.goal.position[0] += 0.1;
+    mge::task::save(&task, &*here.join("mine.json")).unwrap();
+    let set = ["--set", "episodes=5", "--task", "mine.json"];
+    succeed(mge(here, [&["fork", "b", "--at", "4", "--quiet", "--out", "c"][..], &set].concat()));
+    for told in [succeed(mge(here, ["show", "c"])), succeed(mge(here, ["compare", "b", "c"]))] {
+        assert!(told.contains("forked from b at episode 4") && !told.contains("fork.tasks"), "{told}");
+    }
     let compared = json_of(here, &["compare", "a", "b", "--json"]);
     assert_eq!(compared["settings"], json!({"ddpg.gamma": ["0.95", "0.5"]}));
     let lines = succeed(mge(here, ["compare", "a", "b"]));
@@ -89,6 +101,11 @@ fn a_run_is_renamed_and_gets_the_name_of_its_folder_back() {
     let listed = succeed(mge(here, ["runs"]));
     assert!(listed.contains("the best: DDPG, seed 0"), "{listed}");
     train(here, "runs/b", &["--set", "ddpg.gamma=0.5"]);
+    let commands =
+        [["show", "the best"], ["evaluate", "runs/the best"], ["figures", "the best"], ["delete", "the best"]];
+    for command in commands {
+        fail(mge(here, command), "the best does not exist: the run in runs/a has that name");
+    }
     let compared = succeed(mge(here, ["compare", "runs/a", "runs/b"]));
     assert!(compared.lines().nth(1).is_some_and(|line| line.starts_with("name ") && line.contains("the best")));
     succeed(mge(here, ["report", "runs/a", "runs/b", "--out", "report"]));
@@ -98,6 +115,14 @@ fn a_run_is_renamed_and_gets_the_name_of_its_folder_back() {
     for figure in ["figures/learning.svg", "report/figures/learning.svg"] {
         assert!(std::fs::read_to_string(here.join(figure)).unwrap().contains("the best"), "{figure}");
     }
+    let rows = report.lines().filter(|line| line.starts_with("| task1 |")).collect::<Vec<_>>();
+    assert!(rows[0].contains("| the best |") && rows[1].contains("| DDPG, ddpg.gamma 0.5 |"), "{report}");
+    let curve = |name: &str| mge(here, ["figures", "runs/a", "runs/b", "--svg", "--out", "one", "--set", name]);
+    succeed(curve("curve=the best"));
+    let drawn = std::fs::read_to_string(here.join("one/learning.svg")).unwrap();
+    assert!(drawn.contains("the best") && !drawn.contains("gamma 0.5"), "by the name in the legend");
+    fail(curve("reference=the bets"), "use one of DDPG, ddpg.gamma 0.5; the best: did you mean `the best`?");
+    succeed(mge(here, ["report", "runs", "--reference", "the best", "--out", "report", "--resamples", "10"]));
     fail(mge(here, ["rename", "runs/a", "b/c"]), "a name has at most");
     fail(mge(here, ["rename", "runs/c", "d"]), "runs/c");
     assert_eq!(mge(here, ["rename", "runs/a"]).status.code(), Some(2));

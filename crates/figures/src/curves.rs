@@ -3,7 +3,7 @@
 use super::Figure;
 use super::axes::{Axis, Frame, Plot};
 use super::canvas::{Canvas, TextFormat};
-use super::data::{Curve, Statistics, labels};
+use super::data::{Curve, Statistics, labels, text_of};
 use super::layout::{LEGEND, Mark, NOTE, around_panels, legend_height, note_height, panels};
 use super::plot_style::PlotStyle;
 use super::style::{DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, Series, series};
@@ -23,6 +23,8 @@ pub struct LearningCurves {
     pub smooth: usize,
     /// How runs were summarised.
     pub statistics: Statistics,
+    /// Which runs are left out, and where curves end, as sentences that begin with a space; empty for nothing special.
+    pub remark: String,
     /// The panels in order.
     pub panels: Vec<CurvePanel>,
     /// Labels of the curves in legend order, each with its text in the legend. If empty, all curves are listed in
@@ -200,7 +202,7 @@ impl LearningCurves {
         let smooth = if self.smooth > 1 { format!(", mean of {} points", self.smooth) } else { String::new() };
         let what = what + &smooth + "; of fewer at the start." + self.against.words()[2];
         let mark = if legend.banded { "band" } else { "in the CSV only" };
-        format!("{what} {}.", self.statistics.caption(mark))
+        format!("{what} {}.{}", self.statistics.caption(mark), self.remark)
     }
 
     fn x_axis(&self, curves: &[Curve]) -> Axis {
@@ -247,8 +249,7 @@ impl Figure for LearningCurves {
         let mut table = Table::new(["task", "method", self.against.words()[1], "success", "low", "high"]);
         for panel in &self.panels {
             for curve in &panel.curves {
-                let named = self.legend.iter().find(|(label, _)| *label == curve.label).map(|(_, name)| name);
-                let name = named.unwrap_or(&curve.label);
+                let name = &text_of(&self.legend, &curve.label);
                 for (n, (x, y)) in curve.x.iter().zip(&curve.y).enumerate() {
                     table.push(&[&panel.task, name, x, y, &curve.low.get(n).copied(), &curve.high.get(n).copied()]);
                 }

@@ -57,6 +57,11 @@ impl Curve {
     }
 }
 
+/// The text of a label in a legend of pairs of both; the label itself if it is not there.
+pub fn text_of<'l>(legend: &'l [(String, String)], label: &'l str) -> &'l str {
+    legend.iter().find(|(known, _)| known == label).map_or(label, |(_, text)| text)
+}
+
 /// The distinct labels, in order of appearance.
 pub(super) fn labels<'c>(curves: impl IntoIterator<Item = &'c str>) -> Vec<&'c str> {
     let mut labels = Vec::new();

@@ -53,7 +53,7 @@ pub use actions::{ActionSamples, TaskActions};
 pub use axes::{labelled_ticks, value_labels};
 pub use canvas::{Canvas, Pen, TextFormat, svg};
 pub use curves::{Against, CurvePanel, LearningCurves, Success};
-pub use data::{Curve, Statistics};
+pub use data::{Curve, Statistics, text_of};
 pub use error::FigureError;
 pub use font::Family;
 pub use geometry::{Rect, tool_outline};

@@ -3,7 +3,7 @@
 use super::Figure;
 use super::axes::{Axis, Frame, Plot};
 use super::canvas::{Canvas, Pen, TextFormat};
-use super::data::{Statistics, labels};
+use super::data::{Statistics, labels, text_of};
 use super::geometry::Rect;
 use super::layout::{Mark, around_panels, legend_height, note_height};
 use super::style::{
@@ -25,6 +25,8 @@ pub struct MethodScores {
     pub reference: Option<String>,
     /// The panels in order.
     pub panels: Vec<ScorePanel>,
+    /// Labels of methods with their texts in the legend, where these are others.
+    pub legend: Vec<(String, String)>,
 }
 
 /// The methods on one task, or over all tasks.
@@ -73,7 +75,7 @@ impl MethodScores {
     /// The legend: the colour and name of every method, in the order of the rows.
     fn marks(&self) -> Vec<(Mark, String)> {
         let methods = self.methods();
-        let entry = |(look, label): (Series, &&str)| (Mark::Dot(look.color), (*label).to_owned());
+        let entry = |(look, label): (Series, &&str)| (Mark::Dot(look.color), text_of(&self.legend, label).to_owned());
         series(&methods).into_iter().zip(&methods).map(entry).collect()
     }
 
@@ -91,7 +93,7 @@ impl MethodScores {
     fn caption(&self) -> String {
         let runs = self.panels.iter().flat_map(|panel| &panel.methods).any(|method| !method.runs.is_empty());
         let small = if runs { " Small dots: single runs." } else { "" };
-        format!("{}.{small} Dashed: {}.", self.statistics.caption("bars"), self.compared())
+        format!("{}.{small} Dashed: {}.", self.statistics.caption("bars"), text_of(&self.legend, self.compared()))
     }
 
     /// The x axis, from slightly below zero, so that dots there are drawn whole, to beyond the largest score.
@@ -172,10 +174,11 @@ impl Figure for MethodScores {
         let mut table = Table::new(["measure", "task", "method", "what", "value", "low", "high"]);
         for panel in &self.panels {
             for method in &panel.methods {
+                let name = &text_of(&self.legend, &method.label);
                 let [value, low, high] = method.estimate.values();
-                table.push(&[&self.measure, &panel.task, &method.label, &"summary", &value, &low, &high]);
+                table.push(&[&self.measure, &panel.task, name, &"summary", &value, &low, &high]);
                 for run in &method.runs {
-                    table.push(&[&self.measure, &panel.task, &method.label, &"run", run]);
+                    table.push(&[&self.measure, &panel.task, name, &"run", run]);
                 }
             }
         }

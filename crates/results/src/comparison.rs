@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::ResultsError;
 use super::found::FoundRun;
-use super::groups::{AREA, CHARGED_AREA, FINAL, Groups, HELD, Score, check_label};
+use super::groups::{AREA, CHARGED_AREA, FINAL, Groups, HELD, Score, label_of};
 use super::row::LearningRow;
 use super::settings::training_key;
 use mge_stats::aggregate::{iqm, mean, median, optimality_gap};
@@ -94,6 +94,9 @@ struct Measure {
     score: Score,
 }
 
+/// The name in tables of [`LearningRow::greedy_success`].
+pub(super) const GREEDY: &str = "greedy over the last tenth";
+
 /// The name in tables of a result of a run, given its key in JSON.
 pub fn result_label(key: &str) -> &str {
     match key {
@@ -102,7 +105,9 @@ pub fn result_label(key: &str) -> &str {
         "actions_to_80" => "actions to 80 %",
         "charged_to_80" => "charged to 80 %",
         "charged" => "charged outside episodes and practice",
-        "greedy_success" => "greedy at the end",
+        "charged_actions" => "charged actions",
+        "episodes" => "episodes done",
+        "greedy_success" => GREEDY,
         key => MEASURES.iter().find(|measure| measure.key == key).map_or(key, |measure| measure.label),
     }
 }
@@ -146,7 +151,7 @@ impl Comparison {
     /// The version this program writes.
     pub const VERSION: u32 = 1;
 
-    /// Compares finished runs; with those labelled `reference` in particular, or else with the usual baseline.
+    /// Compares finished runs; with those called `reference` in particular, or else with the usual baseline.
     ///
     /// # Errors
     /// When there are no runs with that label, or a statistic cannot be computed.
@@ -167,8 +172,8 @@ impl Comparison {
             ..Self::default()
         };
         let groups = Groups::new(&report.learning);
-        reference.map_or(Ok(()), |label| check_label(&groups.labels, label))?;
-        report.reference = reference.or(groups.baseline()).unwrap_or_default().to_owned();
+        let reference = reference.map(|text| label_of(&groups.legend(), text)).transpose()?;
+        report.reference = reference.or(groups.baseline().map(str::to_owned)).unwrap_or_default();
         let common_tasks = groups.common_tasks();
         if common_tasks.is_empty() {
             return Ok(report);

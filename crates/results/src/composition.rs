@@ -13,13 +13,14 @@ use super::comparison::without_duplicates;
 use super::error::ResultsError;
 use super::figures::learning_curves;
 use super::found::{FoundRun, RunReader, find_runs, is_listed_run};
-use super::groups::{Groups, check_label};
+use super::groups::{Groups, label_of};
 use super::row::{LearningRow, TrainedRun};
 use super::settings::distinguish;
 use mge_base::atomic::parent_of;
 use mge_base::paths::{entries, expanded};
 use mge_base::spelling::unknown;
 use mge_base::sync::lock;
+use mge_base::text::counted;
 use mge_figures::{Against, LearningCurves, PlotStyle, Success};
 use mge_run::{RunDirectory, RunHistory, RunState, config_hash};
 use mge_stats::Bootstrap;
@@ -31,7 +32,7 @@ use mge_trainer::RunConfig;
 pub struct Composition {
     /// Folders of runs: each a run, or one that holds runs.
     pub runs: Vec<PathBuf>,
-    /// Labels of the curves to show, in the order of the legend, with optional other names; empty for all.
+    /// Labels of the curves to show, or their texts in a legend, in its order, with optional other names; empty for all.
     pub curves: Vec<(String, Option<String>)>,
     /// Label of the reference curve.
     pub reference: Option<String>,
@@ -54,12 +55,14 @@ pub struct Composed<F = LearningCurves> {
     pub seeds: Vec<u64>,
     /// Hash of their configurations.
     pub config_hash: String,
+    /// Which runs are left out, and where curves end; empty for nothing special.
+    pub remark: String,
 }
 
 /// The names of the options and their values.
 pub const OPTIONS: [(&str, &str); 13] = [
     ("runs", "a run's folder, or one that holds runs; may be given again"),
-    ("curve", "a curve, by its label; in order, one or several"),
+    ("curve", "a curve, by its text in the legend or its label; in order, one or several"),
     ("name", "another name for the preceding curve"),
     ("reference", "the curve that the others are compared with"),
     ("success", "training or greedy"),
@@ -196,7 +199,17 @@ impl Composition {
         let mut found = kept.read(&paths, &mut |read| on_progress(read, paths.len())).all()?;
         drop(kept);
         let known = label_among_all(&mut found, &self.runs);
-        let runs = self.chosen(without_duplicates(shown(found)).0)?;
+        let all = found.len();
+        let runs = without_duplicates(shown(found)).0;
+        let remark = match all - runs.len() {
+            0 => String::new(),
+            left => {
+                format!(" Left out: {} not finished, or with the settings and seed of another.", counted(left, "run"))
+            }
+        };
+        let known_names = Groups::new(runs.iter().map(|run| &run.trained.row)).legend();
+        let Self { curves: asked, reference, .. } = self.by_label(&known_names)?;
+        let runs = chosen(runs, &asked, reference.as_ref())?;
         let mut configs: Vec<_> = runs.iter().map(|run| &run.config).collect();
         configs.sort_by_key(|config| config.seed);
         let config_hash = config_hash(&configs);
@@ -207,7 +220,6 @@ impl Composition {
             runs.iter_mut().for_each(|run| smooth(run, points));
         }
         let bootstrap = &Bootstrap::default();
-        let known_names = Groups::new(runs.iter().map(|run| &run.row)).legend();
         let shown = (runs, self.against, self.success);
         let kept = lock(reader).curves.take().filter(|(known, _)| *known == shown);
         let curves = match kept {
@@ -219,34 +231,39 @@ impl Composition {
             let usual = || known_names.iter().find(|(known, _)| known == label).map(|(_, text)| text.clone());
             (label.clone(), name.clone().or_else(usual).unwrap_or_else(|| label.clone()))
         };
-        let chosen: Vec<(String, String)> = self.curves.iter().map(text).collect();
-        let legend = if chosen.is_empty() { known_names } else { chosen };
-        let (reference, style) = (self.reference.clone(), self.style);
-        let figure = LearningCurves { legend, reference, style, known, smooth: self.smooth, ..curves };
-        Ok(Composed { figure, seeds, config_hash })
+        let chosen: Vec<(String, String)> = asked.iter().map(text).collect();
+        let (legend, style) = (if chosen.is_empty() { known_names } else { chosen }, self.style);
+        let remark = remark + &curves.remark;
+        let figure = LearningCurves { legend, reference, style, known, smooth: self.smooth, remark, ..curves };
+        Ok(Composed { remark: figure.remark.clone(), figure, seeds, config_hash })
     }
 
-    /// The labels of the chosen curves and of the reference.
-    fn asked(&self) -> impl Iterator<Item = &String> {
-        self.curves.iter().map(|(label, _)| label).chain(&self.reference)
-    }
-
-    /// Checks that the chosen curves are among those known.
+    /// The composition with the labels of the chosen curves and of the reference, of which it may have the texts in a
+    /// legend.
     ///
     /// # Errors
     /// [`ResultsError::NoLabel`].
-    pub fn check_labels(&self, known: &[String]) -> Result<(), ResultsError> {
-        self.asked().try_for_each(|label| check_label(known, label))
-    }
-
-    /// The runs of the chosen curves.
-    fn chosen(&self, mut runs: Vec<FoundRun>) -> Result<Vec<FoundRun>, ResultsError> {
-        self.check_labels(&Groups::new(runs.iter().map(|run| &run.trained.row)).labels)?;
-        if !self.curves.is_empty() {
-            runs.retain(|run| self.asked().any(|asked| *asked == run.trained.row.label()));
+    pub fn by_label(&self, legend: &[(String, String)]) -> Result<Self, ResultsError> {
+        let mut found = self.clone();
+        let asked = found.curves.iter_mut().map(|(label, _)| label).chain(&mut found.reference);
+        for text in asked {
+            *text = label_of(legend, text)?;
         }
-        if runs.is_empty() { Err(ResultsError::NothingStarted) } else { Ok(runs) }
+        Ok(found)
     }
+}
+
+/// The runs of these curves and of the reference; without curves, all of them.
+fn chosen(
+    mut runs: Vec<FoundRun>,
+    curves: &[(String, Option<String>)],
+    reference: Option<&String>,
+) -> Result<Vec<FoundRun>, ResultsError> {
+    if !curves.is_empty() {
+        let is_asked = |label: &String| curves.iter().any(|(asked, _)| asked == label) || reference == Some(label);
+        runs.retain(|run| is_asked(&run.trained.row.label()));
+    }
+    if runs.is_empty() { Err(ResultsError::NothingStarted) } else { Ok(runs) }
 }
 
 /// Makes each value of the curves of a run the mean of it and those before it, `points` in all. The runs are smoothed

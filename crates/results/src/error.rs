@@ -16,14 +16,14 @@ pub enum ResultsError {
     /// No run has a point of a curve yet.
     #[error("none of the runs has finished enough episodes for a curve")]
     NothingStarted,
-    /// A chosen label does not exist.
-    #[error("no runs are labelled `{label}`: use one of {known}{hint}")]
+    /// A chosen label or name does not exist.
+    #[error("no runs are called `{label}`: use one of {known}{hint}")]
     NoLabel {
-        /// The label given.
+        /// The text given.
         label: String,
-        /// The existing labels.
+        /// The texts of the existing ones in a legend.
         known: String,
-        /// A suggestion of the nearest label.
+        /// A suggestion of the nearest one.
         hint: String,
     },
     /// A file of a run or of the report cannot be read or written.

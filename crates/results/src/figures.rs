@@ -23,8 +23,9 @@ pub(super) const ALL_TASKS: &str = "All tasks";
 /// A curve of a run.
 type Points = fn(&TrainedRun) -> &[[f64; 2]];
 
-/// Interquartile mean of the rolling success over seeds, of training or, against episodes, of the greedy evaluations.
-/// Against actions, the success of a run is 0 before its first point.
+/// Interquartile mean of the rolling success over seeds, of training or, against episodes, of the greedy evaluations, as
+/// far as the shortest run of a group; one that its success ended keeps its last value as far as the longest. Against
+/// actions, the success of a run is 0 before its first point.
 ///
 /// # Errors
 /// When a statistic cannot be computed.
@@ -40,16 +41,23 @@ pub fn learning_curves(
         (Against::Actions, _) => (WINDOW, |run| &run.actions),
         (Against::Charged, _) => (WINDOW, |run| &run.charged),
     };
-    let (mut panels, mut seeds) = (Vec::new(), Vec::new());
+    let (mut panels, mut seeds, mut ends) = (Vec::new(), Vec::new(), [false; 2]);
     let groups = Groups::new(runs.iter().map(|run| &run.row));
     for task in &groups.tasks {
         let mut panel = CurvePanel { task: task.clone(), curves: Vec::new() };
         for label in &groups.labels {
-            let indices = groups.indices(task, label).iter();
-            let mut curves: Vec<Cow<'_, [[f64; 2]]>> = indices.map(|&index| points(&runs[index]).into()).collect();
-            if against != Against::Episodes {
-                curves = at_common_points(&curves).into_iter().map(Cow::from).collect();
-            }
+            let of_group = || groups.indices(task, label).iter().map(|&index| &runs[index]);
+            let mut curves: Vec<Cow<'_, [[f64; 2]]>> = of_group().map(|run| points(run).into()).collect();
+            let last = |curve: &[[f64; 2]]| curve.last().map_or(0.0, |[x, _]| *x);
+            let all = || curves.iter().zip(of_group()).map(|(curve, run)| (last(curve), run.row.is_solved));
+            let longest = all().map(|(end, _)| end).fold(0.0, f64::max);
+            let end = all().filter(|(_, is_solved)| !is_solved).map(|(end, _)| end).fold(longest, f64::min);
+            ends[0] |= all().any(|(own, is_solved)| is_solved && 0.0 < own && own < end);
+            ends[1] |= against == Against::Episodes && end < longest;
+            curves = match against {
+                Against::Episodes => kept_up_to(end, &curves).into_iter().map(Cow::from).collect(),
+                _ => at_common_points(end, &curves).into_iter().map(Cow::from).collect(),
+            };
             if curves.iter().any(|curve| !curve.is_empty()) {
                 seeds.push(curves.len());
                 panel.curves.push(summary_curve(label, &curves, bootstrap)?);
@@ -58,13 +66,26 @@ pub fn learning_curves(
         panels.push(panel);
     }
     let statistics = interquartile_means(interval_over(&seeds, 1), &seeds);
-    Ok(LearningCurves { measure, against, window: window.get(), statistics, panels, ..LearningCurves::default() })
+    let [kept, cut] = ends;
+    let remark = if kept { " A run that its success ended keeps its last value." } else { "" }.to_owned()
+        + if cut { " Curves end with the shortest other run." } else { "" };
+    let window = window.get();
+    Ok(LearningCurves { measure, against, window, statistics, panels, remark, ..LearningCurves::default() })
 }
 
-/// The curves of a group at common points, so that they end with the shortest; without points if that has none.
-fn at_common_points(curves: &[Cow<'_, [[f64; 2]]>]) -> Vec<Vec<[f64; 2]>> {
-    let ends = curves.iter().map(|curve| curve.last().map_or(0.0, |[x, _]| *x));
-    let end = ends.fold(f64::INFINITY, f64::min);
+/// The curves of a group at the same episodes up to `end`, beyond their own ends with their last values.
+fn kept_up_to(end: f64, curves: &[Cow<'_, [[f64; 2]]>]) -> Vec<Vec<[f64; 2]>> {
+    let longest = curves.iter().max_by_key(|curve| curve.len()).map_or(&[][..], |curve| curve);
+    let kept = |curve: &Cow<'_, [[f64; 2]]>| {
+        let last = curve.last().map(|[_, y]| *y);
+        let further = longest[curve.len()..].iter().filter_map(|[x, _]| Some([*x, last?]));
+        curve.iter().copied().chain(further).filter(|[x, _]| *x <= end).collect()
+    };
+    curves.iter().map(kept).collect()
+}
+
+/// The curves of a group at common points up to `end`; without points if that is 0.
+fn at_common_points(end: f64, curves: &[Cow<'_, [[f64; 2]]>]) -> Vec<Vec<[f64; 2]>> {
     let points = if end > 0.0 { ACTION_POINTS } else { 0 };
     let x = |point: usize| end * point as f64 / ACTION_POINTS as f64;
     curves.iter().map(|curve| (1..=points).map(|n| [x(n), height(curve, x(n))]).collect()).collect()
@@ -114,6 +135,7 @@ pub fn method_scores(
         statistics: interquartile_means(interval_over(&seeds, panels.len()), &seeds),
         reference: reference.or(groups.baseline()).map(str::to_owned),
         panels,
+        legend: groups.legend(),
     })
 }
 
@@ -170,6 +192,34 @@ mod tests {
         assert_eq!((scores.panels[0].methods[0].label.as_str(), scores.reference.as_deref()), {
             ("adaptive DDPG-MGE, epsilon by need", Some("DDPG"))
         });
+    }
+
+    #[test]
+    fn a_run_that_its_success_ended_keeps_its_last_value() {
+        let run = |seed: u64, is_solved: bool, training: &[[f64; 2]]| TrainedRun {
+            row: LearningRow { task: "task1".into(), method: "ddpg".into(), seed, is_solved, ..Default::default() },
+            training: training.to_vec(),
+            greedy: Vec::new(),
+            actions: training.iter().map(|[x, y]| [10.0 * x, *y]).collect(),
+            charged: Vec::new(),
+        };
+        let mut runs = [run(0, true, &[[1.0, 0.8]]), run(1, true, &[[1.0, 0.0], [2.0, 0.4], [3.0, 0.8]])];
+        let bootstrap = Bootstrap { resamples: 10, ..Bootstrap::default() };
+        let drawn = |runs: &[TrainedRun], against| {
+            let figure = learning_curves(runs, &bootstrap, Success::Training, against).unwrap();
+            (figure.panels[0].curves[0].clone(), figure.remark)
+        };
+        let (curve, remark) = drawn(&runs, Against::Episodes);
+        assert!(curve.y.iter().zip([0.4, 0.6, 0.8]).all(|(y, expected)| (y - expected).abs() < 1e-12), "{curve:?}");
+        assert_eq!(
+            (&*curve.x, &*remark),
+            (&[1.0, 2.0, 3.0][..], " A run that its success ended keeps its last value.")
+        );
+        let (curve, _) = drawn(&runs, Against::Actions);
+        assert!(curve.x.last() == Some(&30.0) && (curve.y[99] - 0.8).abs() < 1e-12, "{curve:?}");
+        runs[0].row.is_solved = false;
+        let (curve, remark) = drawn(&runs, Against::Episodes);
+        assert_eq!((curve.x.len(), &*remark), (1, " Curves end with the shortest other run."));
     }
 
     #[test]

@@ -22,18 +22,19 @@ pub const FINAL: Score = |row| row.efficiency.final_success;
 /// Minimum rolling success over the last quarter of the episodes, 0 to 1.
 pub const HELD: Score = |row| row.efficiency.held_success;
 
-/// Checks that a label is one of those known.
+/// The label with this text in a legend, or this label itself.
 ///
 /// # Errors
 /// [`ResultsError::NoLabel`].
-pub(super) fn check_label(known: &[String], label: &str) -> Result<(), ResultsError> {
-    if known.iter().any(|known| known == label) {
-        return Ok(());
+pub(super) fn label_of(legend: &[(String, String)], text: &str) -> Result<String, ResultsError> {
+    let by = |is: fn(&(String, String)) -> &String| legend.iter().find(|entry| is(entry) == text);
+    if let Some((label, _)) = by(|(label, _)| label).or(by(|(_, shown)| shown)) {
+        return Ok(label.clone());
     }
-    let mut known = known.to_vec();
-    known.sort();
-    let hint = did_you_mean(known.iter().map(String::as_str), label);
-    Err(ResultsError::NoLabel { label: label.to_owned(), known: known.join("; "), hint })
+    let mut known: Vec<&str> = legend.iter().map(|(_, shown)| &**shown).collect();
+    known.sort_unstable();
+    let hint = did_you_mean(known.iter().copied(), text);
+    Err(ResultsError::NoLabel { label: text.to_owned(), known: known.join("; "), hint })
 }
 
 /// Rows of runs in groups. A group is the runs on one task with one label, which differ only in the
@@ -83,9 +84,11 @@ impl<'a> Groups<'a> {
         self.labels.iter().map(text).collect()
     }
 
-    /// The rows of one group; empty if there is no such group.
+    /// The rows of one group, ordered by seed, on which its intervals depend; empty if there is no such group.
     pub fn of(&self, task: &str, label: &str) -> Vec<&'a LearningRow> {
-        self.indices(task, label).iter().map(|index| self.rows[*index]).collect()
+        let mut rows: Vec<_> = self.indices(task, label).iter().map(|index| self.rows[*index]).collect();
+        rows.sort_by_key(|row| row.seed);
+        rows
     }
 
     /// The indices of one group's rows among all rows.

@@ -12,7 +12,7 @@ use super::report_folder::ReportFolder;
 use super::row::TrainedRun;
 use mge_base::atomic::Target;
 use mge_base::markdown;
-use mge_figures::{Against, Figure, LearningCurves, Provenance, Statistics, Success, check_all};
+use mge_figures::{Against, Figure, LearningCurves, Provenance, Statistics, Success, check_all, text_of};
 use mge_run::{RunError, RunState, config_hash};
 use mge_stats::{Bootstrap, StatsError};
 
@@ -178,11 +178,14 @@ impl Comparison {
             "### Over all tasks\n\nOver {}. The optimality gap is how far the mean falls short of 1.\n",
             markdown::text(&self.common_tasks.join(", "))
         );
+        let legend = Groups::new(&self.learning).legend();
         *text += &markdown::header(["measure", "method", "runs", "IQM", "mean", "median", "optimality gap"]);
         for row in &self.aggregates {
             let label = result_label(&row.measure).to_owned();
             let shares = [row.iqm, row.mean, row.median, row.optimality_gap].map(|share| share.text(2));
-            *text += &markdown::row([label, row.method.clone(), row.runs.to_string()].into_iter().chain(shares));
+            *text += &markdown::row(
+                [label, text_of(&legend, &row.method).to_owned(), row.runs.to_string()].into_iter().chain(shares),
+            );
         }
         text.push('\n');
     }
@@ -192,15 +195,17 @@ impl Comparison {
             return;
         }
         text.push_str("### Probability of improvement\n\nHow likely a run of the method has a larger area under the curve over charged actions than a run of the other on the same task, mean over the tasks; 0.5 is no difference.");
-        let methods = Groups::new(&self.learning).labels.len();
-        let baseline = Some(&self.reference).filter(|_| methods > MAX_PAIRED);
+        let legend = Groups::new(&self.learning).legend();
+        let baseline = Some(&self.reference).filter(|_| legend.len() > MAX_PAIRED);
         if let Some(baseline) = baseline {
-            let _ = write!(text, " Over {}; all pairs are in `report.json`.", markdown::text(baseline));
+            let _ =
+                write!(text, " Over {}; all pairs are in `report.json`.", markdown::text(text_of(&legend, baseline)));
         }
         *text += "\n\n";
         *text += &markdown::header(["method", "over", "probability"]);
         for row in self.improvements.iter().filter(|row| baseline.is_none_or(|baseline| row.over == *baseline)) {
-            *text += &markdown::row([&row.method, &row.over, &row.probability.text(2)]);
+            let [method, over] = [&row.method, &row.over].map(|label| text_of(&legend, label));
+            *text += &markdown::row([method, over, &row.probability.text(2)]);
         }
         text.push('\n');
     }

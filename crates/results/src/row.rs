@@ -19,6 +19,12 @@ pub struct LearningRow {
     pub method: String,
     /// The epsilon schedule; 0 for a method without one.
     pub epsilon: String,
+    /// Whether this is not the schedule that its method has by default.
+    #[serde(skip)]
+    pub own_epsilon: bool,
+    /// Whether its success ended it.
+    #[serde(skip)]
+    pub is_solved: bool,
     /// The threshold after the last of its episodes, if the schedule would go on then.
     #[serde(skip)]
     pub end: Option<String>,
@@ -49,6 +55,9 @@ pub struct LearningRow {
     /// for all runs on the task that it is compared with.
     #[serde(default)]
     pub charged_area: Option<f64>,
+    /// Number of all charged actions.
+    #[serde(default)]
+    pub charged_actions: Option<u64>,
     /// Number of actions in the real environment outside its episodes and practice: for the clusters and the model. This
     /// and the other charged actions are missing in runs of earlier versions, which did not count them.
     #[serde(default)]
@@ -84,20 +93,26 @@ impl TrainedRun {
     pub fn new(config: &RunConfig, history: &RunHistory) -> Self {
         // Runs of a group have points at the same episodes, including unfinished ones.
         let every = history.records.len().max(config.episodes as usize).div_ceil(CURVE_POINTS).max(1);
-        let records = || history.records.iter().skip(every - 1).step_by(every);
+        let row = LearningRow::new(config, history);
+        // A run that its success ended has its last episode, too, in the place of the next point.
+        let last = row.episodes;
+        let is_shown = |episode: u64| episode.is_multiple_of(every as u64) || (row.is_solved && episode == last);
+        let records = || history.records.iter().filter(|record| is_shown(record.episode));
         let successes: Vec<f64> = history.evaluations.iter().map(|evaluation| evaluation.success).collect();
         let planned = config.episodes.checked_div(config.evaluation.every).unwrap_or(0) as usize;
         let greedy_every = successes.len().max(planned).div_ceil(GREEDY_POINTS).max(1);
         let greedy = history.evaluations.iter().zip(rolling_mean(&successes, EVALUATIONS));
         let greedy = greedy.skip(greedy_every - 1).step_by(greedy_every);
         Self {
-            row: LearningRow::new(config, history),
-            training: records().map(|record| [record.episode as f64, record.rolling_success]).collect(),
+            training: records()
+                .map(|record| [record.episode.next_multiple_of(every as u64) as f64, record.rolling_success])
+                .collect(),
             greedy: greedy.map(|(evaluation, success)| [evaluation.episode as f64, success]).collect(),
             actions: records().map(|record| [record.environment_steps as f64, record.rolling_success]).collect(),
             charged: records()
                 .filter_map(|record| Some([record.charged_actions? as f64, record.rolling_success]))
                 .collect(),
+            row,
         }
     }
 }
@@ -107,29 +122,30 @@ impl LearningRow {
     /// [`distinguish`](super::settings::distinguish) adds settings.
     pub fn new(config: &RunConfig, history: &RunHistory) -> Self {
         let successes: Vec<bool> = history.records.iter().map(|record| record.goal).collect();
-        let reached = |wanted| history.records.last().is_some_and(|last| last.rolling_success >= wanted);
+        let last = history.records.last();
+        let reached = |wanted| last.is_some_and(|last| last.rolling_success >= wanted);
         let is_solved = successes.len() >= WINDOW.get() && config.stop.success.is_some_and(reached);
         let end = if is_solved { successes.len() as u64 } else { config.episodes.into() };
         let last_tenth = end * 9 / 10;
-        let last = history.evaluations.iter().filter(|evaluation| evaluation.episode > last_tenth);
-        let greedy: Vec<f64> = last.map(|evaluation| evaluation.success).collect();
+        let greedy = history.evaluations.iter().filter(|evaluation| evaluation.episode > last_tenth);
+        let greedy: Vec<f64> = greedy.map(|evaluation| evaluation.success).collect();
         let efficiency = efficiency(&successes, WINDOW);
         let at_80 = efficiency.episodes_to_80.map(|episodes| &history.records[episodes as usize - 1]);
         Self {
             task: config.task.name.clone(),
             method: config.method.name().to_owned(),
             epsilon: if config.method.uses("epsilon") { config.epsilon.to_string() } else { "0".to_owned() },
+            own_epsilon: config.epsilon != RunConfig::default_for(config.task.clone(), config.method).epsilon,
+            is_solved,
             end: config.epsilon.unreached(config.episodes).map(|(_, end)| end.to_string()),
             seed: config.seed,
             episodes: successes.len() as u64,
             efficiency,
             actions_to_80: at_80.map(|record| record.environment_steps),
             charged_to_80: at_80.and_then(|record| record.charged_actions),
+            charged_actions: last.and_then(|record| record.charged_actions),
             // Charged, but not taken in episodes or practice.
-            charged: history
-                .records
-                .last()
-                .and_then(|record| Some(record.charged_actions?.saturating_sub(record.environment_steps))),
+            charged: last.and_then(|record| Some(record.charged_actions?.saturating_sub(record.environment_steps))),
             greedy_success: (!greedy.is_empty()).then(|| greedy.iter().sum::<f64>() / greedy.len() as f64),
             ..Self::default()
         }

@@ -75,9 +75,7 @@ impl LearningRow {
     /// Name of its method, threshold and settings, as in legends and tables.
     pub fn label(&self) -> String {
         let mut label = match self.method.parse::<Method>() {
-            Ok(method)
-                if method.uses("epsilon") && (method.has_clusters() || self.settings.contains_key(WHOLE_SCHEDULE)) =>
-            {
+            Ok(method) if method.uses("epsilon") && (method.has_clusters() || self.own_epsilon) => {
                 format!("{}, epsilon {}", method.label(), self.threshold())
             }
             Ok(method) => method.label().to_owned(),
@@ -94,7 +92,7 @@ impl LearningRow {
         let parts: Vec<&str> = self.epsilon.split(':').collect();
         match (self.settings.contains_key(WHOLE_SCHEDULE), parts.as_slice()) {
             (false, ["linear", from, to, _]) => format!("{from} to {}", self.end.as_deref().unwrap_or(to)),
-            (false, ["need", ..]) => "by need".to_owned(),
+            (_, ["need", ..]) if !self.own_epsilon => "by need".to_owned(),
             (true, ["points", points]) => format!("drawn {}", points.replace(',', ", ")),
             _ => self.epsilon.parse().map_or(self.epsilon.clone(), |known: EpsilonSchedule| known.describe()),
         }
@@ -146,6 +144,8 @@ fn effective_settings(config: &RunConfig) -> Settings {
     // Settings of earlier versions are compared like all others.
     let named = |(path, value): (String, Value)| (path.strip_prefix("removed.").unwrap_or(&path).to_owned(), value);
     let mut settings: Settings = settings.map(named).collect();
+    // Whole tasks; that a fork changed its task is among its changes.
+    settings.remove("fork.tasks");
     if config.start_noise.is_none() {
         settings.insert("start_noise".to_owned(), json::to_value(&config.task.rules.start_noise));
     }
@@ -296,13 +296,14 @@ fn short_name(stem: &str, config: &RunConfig) -> String {
     }
 }
 
-/// Adds the whole schedule to the settings where two schedules have the same short form in a label.
+/// Adds the whole schedule to the settings where two schedules have the same short form in a label, except to the default
+/// one of a method.
 fn distinguish_schedules(runs: &mut [(&RunConfig, &mut LearningRow)]) {
     let mut schedules: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for (_, row) in runs.iter() {
         schedules.entry(row.label()).or_default().insert(row.epsilon.clone());
     }
-    for (_, row) in runs.iter_mut().filter(|(config, _)| config.method.uses("epsilon")) {
+    for (_, row) in runs.iter_mut().filter(|(config, row)| config.method.uses("epsilon") && row.own_epsilon) {
         if schedules.get(&row.label()).is_some_and(|schedules| schedules.len() > 1) {
             row.settings.insert(WHOLE_SCHEDULE.to_owned(), row.epsilon.clone().into());
         }
@@ -420,10 +421,15 @@ mod tests {
         let needs =
             ["need:0.5:0.25:20", "need:0.3:0.25:20"].map(|spec| adaptive.with_setting("epsilon", spec).unwrap());
         assert!(labels(&needs)[1].contains("by need, 0.3 clusters"), "two schedules of one kind are distinguished");
+        let own = labels(&[adaptive.clone(), adaptive.with_setting("epsilon", "need:0.5:0.25:10").unwrap()]);
+        let whole = "by need, 0.5 clusters and 0.25 noise, over 10 greedy attempts";
+        assert_eq!(own, ["by need", whole].map(|how| format!("adaptive DDPG-MGE, epsilon {how}")));
         let without_clusters = RunConfig::default_for(task.clone(), Method::DdpgAdaptive);
         let changes = [("epsilon", "need:0:0.75:20"), ("epsilon", "need:0:0.1:20"), ("granularity", "step")];
         let changed = changes.map(|(key, value)| without_clusters.with_setting(key, value).unwrap());
         assert_eq!(labels(&changed).iter().collect::<BTreeSet<_>>().len(), 3, "{:?}", labels(&changed));
+        let constant = without_clusters.with_setting("epsilon", "0.3").unwrap();
+        assert_eq!([&without_clusters, &constant].map(alone), ["adaptive DDPG", "adaptive DDPG, epsilon 0.3"]);
         // Each method has its own colour, whatever the other methods are.
         let names: Vec<&str> = all.iter().map(String::as_str).collect();
         let colours = |names: &[&str]| -> Vec<String> {

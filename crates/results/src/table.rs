@@ -2,9 +2,11 @@
 
 use std::fmt::Write as _;
 
+use super::comparison::GREEDY;
 use super::groups::{AREA, CHARGED_AREA, FINAL, Groups, HELD, scores};
 use super::row::LearningRow;
 use mge_base::markdown;
+use mge_figures::text_of;
 use mge_stats::aggregate::iqm;
 use mge_stats::rolling::WINDOW;
 use mge_stats::{Bootstrap, StatsError};
@@ -16,13 +18,14 @@ impl Groups<'_> {
     /// # Errors
     /// When a statistic cannot be computed.
     pub fn write_table(&self, text: &mut String, baseline: &str, bootstrap: &Bootstrap) -> Result<(), StatsError> {
+        let legend = self.legend();
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
             "Area under the curve of the rolling success (window {WINDOW}), final rolling success, and least rolling success over the last quarter of the episodes (what is held): interquartile mean with its interval; of the area also the mean, and how many seeds hold 80 %. The charged area is that over charged actions, which include practice, rollouts for clusters, the search for subgoals and the launches that the dynamics model learned from; all runs on a task have the same budget of them, that of the shortest whole training reported here. Episodes to 50 % and 80 %, from the 100th on: median over the seeds that reached it, and how many did; so are charged actions to 80 %, and in brackets those of episodes and practice alone. Probability of improvement over {} in the charged area, with its interval.\n",
-            markdown::text(baseline)
+            markdown::text(text_of(&legend, baseline))
         );
-        let better = format!("P(better than {baseline})");
+        let better = format!("P(better than {})", text_of(&legend, baseline));
         *text += &markdown::header([
             "task",
             "method",
@@ -36,7 +39,7 @@ impl Groups<'_> {
             "to 50 %",
             "to 80 %",
             "charged to 80 %",
-            "greedy at the end",
+            GREEDY,
             &better,
         ]);
         for task in &self.tasks {
@@ -48,7 +51,7 @@ impl Groups<'_> {
                     |score| Ok::<_, StatsError>(bootstrap.stratified(&scores(&runs, score)?, iqm)?.text(2));
                 *text += &markdown::row([
                     task.clone(),
-                    label.clone(),
+                    text_of(&legend, label).to_owned(),
                     runs.len().to_string(),
                     interquartile(CHARGED_AREA)?,
                     area.iqm.text(2),

@@ -3,8 +3,12 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use mge_base::atomic::parent_of;
 use mge_base::bounded::in_plain_words;
+use mge_base::paths::entries;
 use thiserror::Error;
+
+use super::RunDirectory;
 
 /// Why a run could not be read or written. Messages name the path and, where possible, a remedy.
 #[derive(Debug, Error)]
@@ -29,7 +33,7 @@ pub enum RunError {
     #[error("{} is not empty: choose another folder", .0.display())]
     NotEmpty(PathBuf),
     /// The folder has no `config.json`, or does not exist.
-    #[error("{} {}", .0.display(), if .0.exists() { "is not a run: it has no config.json" } else { "does not exist" })]
+    #[error("{} {}", .0.display(), why_not(.0))]
     NotARun(PathBuf),
     /// A folder that should hold runs has none.
     #[error("{} holds no runs: name the folder of a run, of a sweep or of a study", .0.display())]
@@ -98,6 +102,18 @@ impl RunError {
     pub fn is_not_found(&self) -> bool {
         matches!(self, RunError::Io { source, .. } if source.kind() == io::ErrorKind::NotFound)
     }
+}
+
+/// Why a folder is not a run, and which run has the name that users may have taken for that of its folder.
+fn why_not(path: &Path) -> String {
+    if path.exists() {
+        return "is not a run: it has no config.json".to_owned();
+    }
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let mut runs = [parent_of(path), Path::new("runs")].into_iter().flat_map(|it| entries(it).unwrap_or_default());
+    let named = runs.find(|run| !name.is_empty() && RunDirectory::at(run).given_name() == name);
+    let hint = named.map(|run| format!(": the run in {} has that name", run.display()));
+    "does not exist".to_owned() + &hint.unwrap_or_default()
 }
 
 fn remedy(error: &io::Error) -> &'static str {

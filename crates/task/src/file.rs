@@ -116,9 +116,12 @@ pub fn load(name: &str) -> Result<Task, TaskError> {
                 |level: &&String| level.rsplit('/').next().is_some_and(|bare| bare.eq_ignore_ascii_case(name));
             let hint = match levels.iter().find(is_typed) {
                 Some(level) => suggestion(Some(level)),
-                None => did_you_mean(levels.iter().map(String::as_str).chain(shipped.iter().copied()), name),
+                None => did_you_mean(levels.iter().map(String::as_str).chain(built_in().map(|(name, _)| *name)), name),
             };
-            let known = if is_level { levels.join(", ") } else { shipped.join(", ") };
+            let known = match is_level {
+                true => format!("{}, each also with -random at its end", levels.join(", ")),
+                false => shipped.join(", ") + ", tune1 to tune6, create/LEVEL such as create/Push",
+            };
             Err(TaskError::Unknown { name: name.to_owned(), known, hint })
         }
         Err(source) => Err(TaskError::Io { path, source }),
@@ -242,7 +245,9 @@ mod tests {
         assert!(matches!(missing, Err(TaskError::Io { .. })), "{missing:?}");
         let misspelt = load("tsak1");
         assert!(matches!(misspelt, Err(TaskError::Unknown { .. })), "{misspelt:?}");
-        for (typed, meant) in [("push", "create/Push"), ("create/Puhs", "create/Push"), ("tsak1", "task1")] {
+        for (typed, meant) in
+            [("push", "create/Push"), ("create/Puhs", "create/Push"), ("tsak1", "task1"), ("tuen3", "tune3")]
+        {
             let error = load(typed).unwrap_err().to_string();
             assert!(error.ends_with(&format!("did you mean `{meant}`?")), "{error}");
         }

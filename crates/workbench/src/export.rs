@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::command::{self, Command, FigureKind};
 use super::job::Reporter;
-use super::{Session, SessionError};
+use super::{Notice, Session, SessionError};
 use mge_base::atomic;
 use mge_figures::{ActionSamples, DEFAULT_DPI, Figure, Provenance, TaskActions, TaskGrid};
 use mge_results::{Composed, Composition, LearningRow, find_runs};
@@ -31,14 +31,19 @@ impl Session {
         let drawing = self.figure(command.kind, &command.composition)?;
         let report = format!("drawing {}", command.to.path.display());
         let (to, dpi) = (command.to.clone(), command.dpi);
-        let work = move |reporter: &Reporter| -> Result<PathBuf, String> {
+        let work = move |reporter: &Reporter| -> Result<(PathBuf, String), String> {
             atomic::create_parent(&to.path).map_err(|error| RunError::io("write", &to.path)(error).to_string())?;
             let drawn = drawing(&mut |done, all| _ = reporter.progress(done, all))?;
-            let DrawnFigure { figure, seeds, config_hash } = drawn;
+            let DrawnFigure { figure, seeds, config_hash, remark } = drawn;
             let provenance = Provenance::new(made_by, &seeds, config_hash);
-            figure.write(&to, &provenance, dpi.unwrap_or(DEFAULT_DPI)).map(|()| to.path).map_err(|it| it.to_string())
+            figure.write(&to, &provenance, dpi.unwrap_or(DEFAULT_DPI)).map_err(|error| error.to_string())?;
+            Ok((to.path, remark))
         };
-        self.start_job(command.clone(), work, |_, path| Ok(format!("wrote {}", path?.display())));
+        self.start_job(command.clone(), work, |session, written| {
+            let (path, remark) = written?;
+            session.notices.extend((!remark.is_empty()).then(|| Notice::Warning(remark.trim_start().to_owned())));
+            Ok(format!("wrote {}", path.display()))
+        });
         Ok(report)
     }
 
@@ -75,12 +80,12 @@ impl Session {
                 let reader = Arc::clone(&self.reader);
                 return Ok(Box::new(move |on_progress| {
                     let composed = composition.figure(&reader, on_progress);
-                    let Composed { figure, seeds, config_hash } = composed.map_err(|error| error.to_string())?;
-                    Ok(DrawnFigure { figure: Box::new(figure), seeds, config_hash })
+                    let Composed { figure, seeds, config_hash, remark } = composed.map_err(|error| error.to_string())?;
+                    Ok(DrawnFigure { figure: Box::new(figure), seeds, config_hash, remark })
                 }));
             }
         };
-        Ok(Box::new(move |_| Ok(DrawnFigure { figure, seeds, config_hash })))
+        Ok(Box::new(move |_| Ok(DrawnFigure { figure, seeds, config_hash, remark: String::new() })))
     }
 }
 
@@ -163,9 +168,12 @@ mod tests {
         run(&mut session, "train until 2\nwait");
         assert_eq!(drawn(&session, &Composition::default()).unwrap().seeds, [0]);
         run(&mut session, "seed 1\ntrain\nwait");
-        assert_eq!(drawn(&session, &Composition::default()).unwrap().seeds, [1]);
+        let one = drawn(&session, &Composition::default()).unwrap();
+        assert_eq!(one.seeds, [1]);
+        assert!(one.remark.contains("Left out: 1 run not finished"), "{}", one.remark);
         run(&mut session, "watch 1\nresume\nwait");
-        assert_eq!(drawn(&session, &Composition::default()).unwrap().seeds, [0, 1]);
+        let both = drawn(&session, &Composition::default()).unwrap();
+        assert_eq!((both.seeds, &*both.remark), (vec![0, 1], ""));
     }
 
     #[test]

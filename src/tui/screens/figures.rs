@@ -1,8 +1,9 @@
 //! The Figures screen: figures to look at, to compose and to export.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
+use std::sync::Arc;
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -23,6 +24,7 @@ use crate::tui::widgets::preview::PreviewRequest;
 use mge_base::paths::{fitting, suffix};
 use mge_figures::EXTENSIONS;
 use mge_results::{Composition, OPTIONS};
+use mge_workbench::listing::RunSummary;
 use mge_workbench::{Command, FigureKind, command};
 
 /// What a figure shows, in one line.
@@ -170,7 +172,7 @@ pub fn compose(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
             return Err(format!("`{file}`: write a name without folder and suffix, which the export adds"));
         }
         let composition = Composition::default().with_options(options)?;
-        is_known.then(|| composition.check_labels(&labels)).transpose().map_err(|error| error.to_string())?;
+        is_known.then(|| composition.by_label(&labels)).transpose().map_err(|error| error.to_string())?;
         let report = Effect::info(format!("composed: {}; {exports}", if text.is_empty() { "as usual" } else { text }));
         let change = |app: &mut App| (app.screens.lists.composition, app.screens.lists.file) = (composition, file);
         Ok(Effect::all(vec![Effect::call(change), report]))
@@ -178,20 +180,24 @@ pub fn compose(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
     vec![Effect::open(prompt.completing(completions))]
 }
 
-/// The labels of the curves: those of the marked runs, or else of all.
-fn labels(screens: &Screens, ui: &Ui) -> Vec<String> {
+/// The labels of the curves, those of the marked runs, or else of all, with their texts in the legend.
+fn labels(screens: &Screens, ui: &Ui) -> Vec<(String, String)> {
     let composition = composition(FigureKind::Learning, &screens.lists, &screens.runs, ui);
     let shown = ui.view.runs.iter().filter(|run| is_shown(&composition, &run.path));
-    let labels: BTreeSet<&String> = shown.filter_map(|run| Some(&ui.view.groups.of(&run.path)?.label)).collect();
-    labels.into_iter().cloned().collect()
+    let entry = |run: &Arc<RunSummary>| {
+        let group = ui.view.groups.of(&run.path)?;
+        let name = run.given_name().filter(|_| group.runs.len() == 1).unwrap_or(&group.label);
+        Some((group.label.clone(), name.to_owned()))
+    };
+    shown.filter_map(entry).collect::<BTreeMap<_, _>>().into_iter().collect()
 }
 
 /// The options of the learning figure, and their values where there are few.
-fn completions(labels: &[String]) -> Vec<Value> {
+fn completions(labels: &[(String, String)]) -> Vec<Value> {
     let keys = OPTIONS.iter().filter(|(name, _)| *name != "runs");
     let keys = keys.map(|(name, about)| Value::new(format!("{name}="), *about));
     let file = Value::new("file=", "name of the figure in the folder figures, without its suffix");
     let values = ["success=greedy", "against=actions", "against=charged", "width=single", "bands=off"];
-    let curves = labels.iter().map(|label| Value::new(format!("curve={}", shell_words::quote(label)), "a curve"));
+    let curves = labels.iter().map(|(_, name)| Value::new(format!("curve={}", shell_words::quote(name)), "a curve"));
     keys.chain([file]).chain(values.map(|value| Value::new(value, ""))).chain(curves).collect()
 }

@@ -154,7 +154,7 @@ fn the_reference_of_a_report_can_be_chosen() {
     let label = "DDPG, uniform exploration, epsilon 0.5";
     succeed(mge(here, report.into_iter().chain([label])));
     assert!(read(here.join("report/report.md")).contains(&format!("P(better than {label})")));
-    let message = fail(mge(here, report.into_iter().chain(["DDGP"])), "no runs are labelled `DDGP`: use one of");
+    let message = fail(mge(here, report.into_iter().chain(["DDGP"])), "no runs are called `DDGP`: use one of");
     assert!(message.contains(label) && message.ends_with(": did you mean `DDPG`?\n"), "{message}");
 }
 
@@ -307,11 +307,14 @@ fn a_damaged_result_is_left_out_of_a_report_which_says_so() {
     std::fs::write(here.join("hits.json"), counts).unwrap();
     succeed(mge(here, ["sweep", "hits.json", "--quiet", "--out", "hits"]));
     std::fs::write(here.join("hits/runs/task1-uniform-seed1/result.json"), "{").unwrap();
-    let output = mge(here, ["report", "hits", "--resamples", "10"]);
-    assert!(text(&output.stderr).contains("1 left out"), "{}", text(&output.stderr));
+    sweep(here, "trained", r#""method": "ddpg""#);
+    let output = mge(here, ["report", "hits", "trained", "--resamples", "10"]);
+    let told = text(&output.stderr);
+    assert!(told.contains("2 left out: not finished, damaged, or not of the kind of the first"), "{told}");
     succeed(output);
     let report = read(here.join("report/report.md"));
     assert!(report.contains("Left out, as it is damaged: hits/runs/task1-uniform-seed1/result.json"), "{report}");
+    assert!(!report.contains("ddpg.hidden"), "no settings of trainings: {report}");
 }
 
 #[test]

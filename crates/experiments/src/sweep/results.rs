@@ -49,7 +49,7 @@ pub(super) enum Kind {
 }
 
 /// The kind of a run in a sweep's folder.
-fn kind_of(path: &Path) -> Result<Kind, RunError> {
+pub(super) fn kind_of(path: &Path) -> Result<Kind, RunError> {
     let directory = RunDirectory::open(path)?;
     let config: Value = directory.config()?;
     Ok(match config.get("policy") {

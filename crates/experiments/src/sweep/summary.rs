@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 
-use super::results::{Kind, Results, common_kind, results_of};
+use super::results::{Kind, Results, common_kind, kind_of, results_of};
 use crate::error::{ExperimentError, Result};
 use mge_base::atomic::Target;
 use mge_base::json;
@@ -110,14 +110,16 @@ pub fn hold_measured(folders: &[PathBuf]) -> Result<bool> {
 }
 
 /// Writes `report.md` and `report.json` of the models or counts in `folders` to `out`. `command` reproduces them. Returns
-/// the number of those that are left out, as they are not finished or damaged.
+/// the number of those that are left out, as they are not finished, damaged, or not of the kind of the first.
 ///
 /// # Errors
 /// When none is finished, or a file cannot be read or written or is of another origin.
 pub fn report_measured(folders: &[PathBuf], out: &Target, bootstrap: &Bootstrap, command: &str) -> Result<usize> {
     let folder = ReportFolder::new(out.clone())?;
     let paths = find_runs(folders)?;
-    let (results, damaged) = results_of(&paths)?;
+    let (all, kind) = (paths.len(), common_kind(&paths));
+    let own: Vec<PathBuf> = paths.into_iter().filter(|path| kind_of(path).map_or(true, |it| it == kind)).collect();
+    let (results, damaged) = results_of(&own)?;
     let summary = Summary::new(&results, bootstrap)?;
     if summary.groups.is_empty() {
         return Err(damaged.unwrap_or_else(|| {
@@ -126,7 +128,7 @@ pub fn report_measured(folders: &[PathBuf], out: &Target, bootstrap: &Bootstrap,
         }));
     }
     let damaged = damaged.map_or_else(String::new, |error| format!("Left out, as it is damaged: {error}.\n\n"));
-    let left_out = paths.len() - summary.groups.iter().map(|group| group.count).sum::<usize>();
+    let left_out = all - summary.groups.iter().map(|group| group.count).sum::<usize>();
     let version = mge_base::identity::version();
     let markdown = format!(
         "# Results over seeds\n\n{}. Mean over the seeds with its 95 % bootstrap interval; errors in normalised units (the screen is 2 wide), hits in episodes.\n\n{damaged}{}",

@@ -21,9 +21,6 @@ use mge_stats::aggregate::trimmed_mean;
 use mge_stats::bootstrap::quantile;
 use mge_stats::{Bootstrap, Estimate};
 
-/// Bootstrap resamples of an interval on screen.
-const RESAMPLES: u32 = 500;
-
 /// Runs on one task that differ only in the seed.
 #[derive(Debug, Clone)]
 pub struct RunGroup {
@@ -67,7 +64,8 @@ impl RunGroup {
     }
 }
 
-/// Aggregated curves of several runs, as far as at least half of them have got.
+/// Aggregated curves of several runs, as far as at least half of them have got. A run that its success ended keeps its
+/// last values.
 #[derive(Debug, Clone, Default)]
 pub struct GroupCurves {
     /// Interquartile means.
@@ -79,19 +77,27 @@ pub struct GroupCurves {
 }
 
 impl GroupCurves {
-    /// Aggregates the curves of runs.
-    pub fn new(runs: &[&Curves]) -> Self {
+    /// Aggregates the curves of runs, each with whether its success ended it.
+    pub fn new(runs: &[(&Curves, bool)]) -> Self {
         let mut group = Self::default();
         let mut values = Vec::with_capacity(runs.len());
-        let longest = runs.iter().max_by_key(|run| run.last_episode());
-        for episode in longest.map_or(&[][..], |run| run.episodes()) {
-            let reached = runs.iter().filter(|run| run.last_episode() as u64 >= *episode).count();
+        let longest = runs.iter().max_by_key(|(run, _)| run.last_episode());
+        for episode in longest.map_or(&[][..], |(run, _)| run.episodes()) {
+            // Where each run is then: at its end, if that has been read, once its success has ended it.
+            let place = |(run, is_solved): &(&Curves, bool)| match run.episodes().last() {
+                Some(last) if *is_solved && last < episode => Some(run.episodes().len() - 1),
+                _ => run.episodes().binary_search(episode).ok(),
+            };
+            let has_reached = |(run, is_solved): &(&Curves, bool)| {
+                let last = run.last_episode();
+                last as u64 >= *episode || (*is_solved && last > 0)
+            };
+            let reached = runs.iter().filter(|run| has_reached(run)).count();
             if 2 * reached < runs.len() {
                 break;
             }
             // Long runs are thinned: skip episodes that one of them lacks.
-            let places: Vec<_> =
-                runs.iter().filter_map(|run| Some((run, run.episodes().binary_search(episode).ok()?))).collect();
+            let places: Vec<_> = runs.iter().filter_map(|run| Some((run.0, place(run)?))).collect();
             if places.len() < reached {
                 continue;
             }
@@ -238,10 +244,10 @@ impl RunGroup {
         if self.runs.len() < 2 {
             return self;
         }
-        let bootstrap = Bootstrap { resamples: RESAMPLES, ..Bootstrap::default() };
         // There are no statistics until a run has begun.
-        let summary = begun.summary(&self.task, &self.label, &self.label, FINAL, &bootstrap).ok().flatten();
-        let curves: Vec<&Curves> = counted.iter().map(|place| &*runs[*place].curves).collect();
+        let summary = begun.summary(&self.task, &self.label, &self.label, FINAL, &Bootstrap::default()).ok().flatten();
+        let curves: Vec<(&Curves, bool)> =
+            counted.iter().map(|place| (&*runs[*place].curves, runs[*place].is_solved())).collect();
         // They have no episodes before half of its runs have been read.
         let curves = Some(GroupCurves::new(&curves)).filter(|curves| !curves.middle.episodes().is_empty());
         Self { success: summary.map(|summary| summary.iqm), curves: curves.map(Arc::new), ..self }
@@ -367,6 +373,10 @@ mod tests {
         assert_eq!((names(of("a")), names(of("e")), names(of("f"))), (vec!["a", "b"], vec!["c", "d", "e"], vec!["f"]));
         assert!(of("f").label.contains("gamma 0.5") && of("f").runs.len() == 1, "{}", of("f").label);
         assert_eq!(of("a").success.map(|estimate| estimate.value), Some(0.625));
+        // As in a report of the same runs.
+        let finals = mge_stats::TaskScores::of_one_task(&[0.25, 1.0]).unwrap();
+        let reported = Bootstrap::default().stratified(&finals, mge_stats::aggregate::iqm).ok();
+        assert_eq!(of("a").success, reported);
         // The run that has not begun does not count.
         assert_eq!(of("c").success.map(|estimate| estimate.value), Some(0.125));
         let again = Grouping::new(&runs, &grouping);
@@ -415,8 +425,12 @@ mod tests {
         };
         let [fine, coarse] = [of(&[1, 2, 3]), of(&[1, 3])];
         for runs in [[&fine, &coarse], [&coarse, &fine]] {
-            assert_eq!(GroupCurves::new(&runs).middle.episodes(), [1, 3]);
+            assert_eq!(GroupCurves::new(&runs.map(|run| (run, false))).middle.episodes(), [1, 3]);
         }
+        let [short, solved, other] = [of(&[1]), of(&[1]), of(&[1, 2, 3])];
+        let all = [(&short, false), (&solved, true), (&other, false)];
+        assert_eq!(GroupCurves::new(&all).middle.episodes(), [1, 2, 3], "what its success ended keeps its last value");
+        assert_eq!(GroupCurves::new(&[all[0], all[0], all[2]]).middle.episodes(), [1]);
     }
 
     #[test]

@@ -117,6 +117,16 @@ impl RunSummary {
         u64::from(self.config.episodes)
     }
 
+    /// The name that users gave it, if they gave one.
+    pub fn given_name(&self) -> Option<&str> {
+        Some(&*self.name).filter(|name| self.path.file_name().is_some_and(|folder| *folder != **name))
+    }
+
+    /// Whether its success ended it.
+    pub fn is_solved(&self) -> bool {
+        self.state == RunState::Finished && self.config.stop.success.is_some() && self.done < self.episodes()
+    }
+
     /// Its state in one word.
     pub fn state_word(&self) -> &'static str {
         match &self.state {
