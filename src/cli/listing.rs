@@ -23,7 +23,7 @@ pub fn runs(arguments: &Runs) -> Outcome {
     let (mut runs, mut damaged) = (Vec::new(), 0);
     let is_usual = arguments.folders == [Path::new(RUNS)];
     let found = match find_runs(&arguments.folders) {
-        Err(error) if is_usual && (error.is_not_found() || matches!(error, RunError::NoRuns(_))) => {
+        Err(RunError::NotARun(_) | RunError::NoRuns(_)) if is_usual => {
             output::message(format_args!("no runs in {RUNS}/"));
             Vec::new()
         }

@@ -207,7 +207,6 @@ pub fn figures(arguments: &Figures) -> Outcome {
     let folder = arguments.out.clone().unwrap_or_else(|| arguments.runs[0].join("figures"));
     let options = arguments.options.iter().map(|option| split_definition(option, "--set"));
     let options = options.collect::<Result<Vec<_>, String>>()?;
-    let options = options.iter().map(|(key, value)| (key.as_str(), value.as_str()));
     let composition = Composition { runs: arguments.runs.clone(), ..Composition::default() };
     let composition = composition.with_options(options).map_err(|reason| format!("--set {reason}"))?;
     let path = folder.join(format!("learning.{extension}"));
@@ -278,15 +277,14 @@ pub fn definitions<const N: usize>(
     for text in texts {
         let (name, value) = split_definition(text, flag)?;
         let wrote = format!("{flag} {text}");
-        if let Some((.., other)) = known.iter().find(|(other, ..)| set_the_same(&name, other)) {
+        if let Some((.., other)) = known.iter().find(|(other, ..)| set_the_same(name, other)) {
             return Err(format!("{other} and {wrote} set the same: give only one of them"));
         }
-        known.push((name, value, wrote));
+        known.push((name.to_owned(), value.to_owned(), wrote));
     }
     Ok(known.into_iter().map(|(name, value, _)| (name, value)).collect())
 }
 
-fn split_definition(text: &str, flag: &str) -> Result<(String, String), String> {
-    let (name, value) = text.split_once('=').ok_or_else(|| format!("{flag} {text}: write NAME=VALUE"))?;
-    Ok((name.to_owned(), value.to_owned()))
+fn split_definition<'a>(text: &'a str, flag: &str) -> Result<(&'a str, &'a str), String> {
+    text.split_once('=').ok_or_else(|| format!("{flag} {text}: write NAME=VALUE"))
 }

@@ -102,7 +102,7 @@ fn a_run_is_renamed_and_gets_the_name_of_its_folder_back() {
     assert!(listed.contains("the best: DDPG, seed 0"), "{listed}");
     train(here, "runs/b", &["--set", "ddpg.gamma=0.5"]);
     let commands =
-        [["show", "the best"], ["evaluate", "runs/the best"], ["figures", "the best"], ["delete", "the best"]];
+        [["show", "the best"], ["evaluate", "runs/the best"], ["figures", "the best"], ["report", "the best"]];
     for command in commands {
         fail(mge(here, command), "the best does not exist: the run in runs/a has that name");
     }

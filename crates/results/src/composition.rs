@@ -21,7 +21,7 @@ use mge_base::paths::{entries, expanded};
 use mge_base::spelling::unknown;
 use mge_base::sync::lock;
 use mge_base::text::counted;
-use mge_figures::{Against, LearningCurves, PlotStyle, Success};
+use mge_figures::{Against, LearningCurves, PlotStyle, Success, text_of};
 use mge_run::{RunDirectory, RunHistory, RunState, config_hash};
 use mge_stats::Bootstrap;
 use mge_stats::rolling::rolling_mean;
@@ -62,7 +62,7 @@ pub struct Composed<F = LearningCurves> {
 /// The names of the options and their values.
 pub const OPTIONS: [(&str, &str); 13] = [
     ("runs", "a run's folder, or one that holds runs; may be given again"),
-    ("curve", "a curve, by its text in the legend or its label; in order, one or several"),
+    ("curve", "a curve, by its name in the legend or its label; may be given again"),
     ("name", "another name for the preceding curve"),
     ("reference", "the curve that the others are compared with"),
     ("success", "training or greedy"),
@@ -199,17 +199,17 @@ impl Composition {
         let mut found = kept.read(&paths, &mut |read| on_progress(read, paths.len())).all()?;
         drop(kept);
         let known = label_among_all(&mut found, &self.runs);
-        let all = found.len();
+        let all: Vec<String> = found.iter().map(|run| run.trained.row.label()).collect();
         let runs = without_duplicates(shown(found)).0;
-        let remark = match all - runs.len() {
-            0 => String::new(),
-            left => {
-                format!(" Left out: {} not finished, or with the settings and seed of another.", counted(left, "run"))
-            }
-        };
         let known_names = Groups::new(runs.iter().map(|run| &run.trained.row)).legend();
-        let Self { curves: asked, reference, .. } = self.by_label(&known_names)?;
-        let runs = chosen(runs, &asked, reference.as_ref())?;
+        let asked = self.by_label(&known_names)?;
+        let runs = asked.chosen(runs)?;
+        let drawn: BTreeSet<String> = runs.iter().map(|run| run.trained.row.label()).collect();
+        let left = all.iter().filter(|label| self.curves.is_empty() || drawn.contains(*label)).count() - runs.len();
+        let left = (left > 0).then(|| {
+            let left = counted(left, "run");
+            format!(" Left out: {left} not finished, or with the settings and seed of another.")
+        });
         let mut configs: Vec<_> = runs.iter().map(|run| &run.config).collect();
         configs.sort_by_key(|config| config.seed);
         let config_hash = config_hash(&configs);
@@ -228,12 +228,12 @@ impl Composition {
         };
         lock(reader).curves = Some((shown, curves.clone()));
         let text = |(label, name): &(String, Option<String>)| {
-            let usual = || known_names.iter().find(|(known, _)| known == label).map(|(_, text)| text.clone());
-            (label.clone(), name.clone().or_else(usual).unwrap_or_else(|| label.clone()))
+            (label.clone(), name.clone().unwrap_or_else(|| text_of(&known_names, label).to_owned()))
         };
-        let chosen: Vec<(String, String)> = asked.iter().map(text).collect();
+        let chosen: Vec<(String, String)> = asked.curves.iter().map(text).collect();
         let (legend, style) = (if chosen.is_empty() { known_names } else { chosen }, self.style);
-        let remark = remark + &curves.remark;
+        let remark = left.unwrap_or_default() + &curves.remark;
+        let reference = asked.reference;
         let figure = LearningCurves { legend, reference, style, known, smooth: self.smooth, remark, ..curves };
         Ok(Composed { remark: figure.remark.clone(), figure, seeds, config_hash })
     }
@@ -251,19 +251,13 @@ impl Composition {
         }
         Ok(found)
     }
-}
 
-/// The runs of these curves and of the reference; without curves, all of them.
-fn chosen(
-    mut runs: Vec<FoundRun>,
-    curves: &[(String, Option<String>)],
-    reference: Option<&String>,
-) -> Result<Vec<FoundRun>, ResultsError> {
-    if !curves.is_empty() {
-        let is_asked = |label: &String| curves.iter().any(|(asked, _)| asked == label) || reference == Some(label);
-        runs.retain(|run| is_asked(&run.trained.row.label()));
+    /// The runs of the chosen curves and of the reference.
+    fn chosen(&self, mut runs: Vec<FoundRun>) -> Result<Vec<FoundRun>, ResultsError> {
+        let asked = self.curves.iter().map(|(label, _)| label).chain(&self.reference);
+        runs.retain(|run| self.curves.is_empty() || asked.clone().any(|asked| *asked == run.trained.row.label()));
+        if runs.is_empty() { Err(ResultsError::NothingStarted) } else { Ok(runs) }
     }
-    if runs.is_empty() { Err(ResultsError::NothingStarted) } else { Ok(runs) }
 }
 
 /// Makes each value of the curves of a run the mean of it and those before it, `points` in all. The runs are smoothed

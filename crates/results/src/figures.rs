@@ -1,11 +1,11 @@
 //! Figures from runs: learning curves and scores of methods.
 
-use std::borrow::Cow;
+use std::slice;
 
 use rayon::prelude::*;
 
 use super::curve::height;
-use super::groups::{AREA, Groups, scores};
+use super::groups::{AREA, Groups};
 use super::row::{EVALUATIONS, LearningRow, TrainedRun};
 use mge_figures::{
     Against, Curve, CurvePanel, LearningCurves, MethodScore, MethodScores, ScorePanel, Statistics, Success,
@@ -41,54 +41,38 @@ pub fn learning_curves(
         (Against::Actions, _) => (WINDOW, |run| &run.actions),
         (Against::Charged, _) => (WINDOW, |run| &run.charged),
     };
-    let (mut panels, mut seeds, mut ends) = (Vec::new(), Vec::new(), [false; 2]);
+    let (mut panels, mut seeds) = (Vec::new(), Vec::new());
+    let (mut kept, mut cut) = (false, false);
     let groups = Groups::new(runs.iter().map(|run| &run.row));
     for task in &groups.tasks {
         let mut panel = CurvePanel { task: task.clone(), curves: Vec::new() };
         for label in &groups.labels {
             let of_group = || groups.indices(task, label).iter().map(|&index| &runs[index]);
-            let mut curves: Vec<Cow<'_, [[f64; 2]]>> = of_group().map(|run| points(run).into()).collect();
+            let curves: Vec<&[[f64; 2]]> = of_group().map(points).collect();
             let last = |curve: &[[f64; 2]]| curve.last().map_or(0.0, |[x, _]| *x);
             let all = || curves.iter().zip(of_group()).map(|(curve, run)| (last(curve), run.row.is_solved));
-            let longest = all().map(|(end, _)| end).fold(0.0, f64::max);
-            let end = all().filter(|(_, is_solved)| !is_solved).map(|(end, _)| end).fold(longest, f64::min);
-            ends[0] |= all().any(|(own, is_solved)| is_solved && 0.0 < own && own < end);
-            ends[1] |= against == Against::Episodes && end < longest;
-            curves = match against {
-                Against::Episodes => kept_up_to(end, &curves).into_iter().map(Cow::from).collect(),
-                _ => at_common_points(end, &curves).into_iter().map(Cow::from).collect(),
+            let longest = all().map(|(own, _)| own).fold(0.0, f64::max);
+            let end =
+                all().filter(|(own, goes_on)| !goes_on || *own == 0.0).map(|(own, _)| own).fold(longest, f64::min);
+            kept |= all().any(|(own, _)| own < end);
+            cut |= against == Against::Episodes && end < longest;
+            let x: Vec<f64> = match curves.iter().max_by(|a, b| last(a).total_cmp(&last(b))) {
+                Some(curve) if against == Against::Episodes => curve.iter().map(|[x, _]| *x).collect(),
+                _ => (1..=ACTION_POINTS).map(|n| end * n as f64 / ACTION_POINTS as f64).collect(),
             };
-            if curves.iter().any(|curve| !curve.is_empty()) {
+            let x: Vec<f64> = x.into_iter().filter(|x| 0.0 < *x && *x <= end).collect();
+            if !x.is_empty() {
                 seeds.push(curves.len());
-                panel.curves.push(summary_curve(label, &curves, bootstrap)?);
+                panel.curves.push(summary_curve(label, x, &curves, bootstrap)?);
             }
         }
         panels.push(panel);
     }
     let statistics = interquartile_means(interval_over(&seeds, 1), &seeds);
-    let [kept, cut] = ends;
     let remark = if kept { " A run that its success ended keeps its last value." } else { "" }.to_owned()
         + if cut { " Curves end with the shortest other run." } else { "" };
     let window = window.get();
     Ok(LearningCurves { measure, against, window, statistics, panels, remark, ..LearningCurves::default() })
-}
-
-/// The curves of a group at the same episodes up to `end`, beyond their own ends with their last values.
-fn kept_up_to(end: f64, curves: &[Cow<'_, [[f64; 2]]>]) -> Vec<Vec<[f64; 2]>> {
-    let longest = curves.iter().max_by_key(|curve| curve.len()).map_or(&[][..], |curve| curve);
-    let kept = |curve: &Cow<'_, [[f64; 2]]>| {
-        let last = curve.last().map(|[_, y]| *y);
-        let further = longest[curve.len()..].iter().filter_map(|[x, _]| Some([*x, last?]));
-        curve.iter().copied().chain(further).filter(|[x, _]| *x <= end).collect()
-    };
-    curves.iter().map(kept).collect()
-}
-
-/// The curves of a group at common points up to `end`; without points if that is 0.
-fn at_common_points(end: f64, curves: &[Cow<'_, [[f64; 2]]>]) -> Vec<Vec<[f64; 2]>> {
-    let points = if end > 0.0 { ACTION_POINTS } else { 0 };
-    let x = |point: usize| end * point as f64 / ACTION_POINTS as f64;
-    curves.iter().map(|curve| (1..=points).map(|n| [x(n), height(curve, x(n))]).collect()).collect()
 }
 
 /// Number of points of a curve against actions.
@@ -105,30 +89,22 @@ pub fn method_scores(
     reference: Option<&str>,
 ) -> Result<MethodScores, StatsError> {
     let groups = Groups::new(rows);
-    let (mut panels, mut seeds) = (Vec::new(), Vec::new());
-    for task in &groups.tasks {
-        let mut panel = ScorePanel { task: task.clone(), methods: Vec::new() };
-        for label in &groups.labels {
-            let runs = groups.of(task, label);
-            if runs.is_empty() {
-                continue;
-            }
-            seeds.push(runs.len());
-            let scores = scores(&runs, AREA)?;
-            let estimate = bootstrap.stratified(&scores, iqm)?;
-            panel.methods.push(MethodScore { label: label.clone(), estimate, runs: scores.all().collect() });
-        }
-        panels.push(panel);
-    }
+    let panel = |title: &str, tasks: &[String]| {
+        let has_runs = |label: &&String| tasks.iter().all(|task| !groups.indices(task, label).is_empty());
+        let score = |label: &String| {
+            let scores = groups.scores(tasks, label, AREA)?;
+            let runs = if tasks.len() == 1 { scores.all().collect() } else { Vec::new() };
+            Ok(MethodScore { label: label.clone(), estimate: bootstrap.stratified(&scores, iqm)?, runs })
+        };
+        let methods = groups.labels.iter().filter(has_runs).map(score).collect::<Result<_, StatsError>>()?;
+        Ok::<_, StatsError>(ScorePanel { task: title.to_owned(), methods })
+    };
+    let of_task = |task: &String| panel(task, slice::from_ref(task));
+    let mut panels: Vec<ScorePanel> = groups.tasks.iter().map(of_task).collect::<Result<_, _>>()?;
+    let seeds: Vec<usize> = panels.iter().flat_map(|panel| &panel.methods).map(|method| method.runs.len()).collect();
     let tasks = groups.common_tasks();
     if tasks.len() > 1 {
-        let title = if tasks.len() == panels.len() { ALL_TASKS } else { "Common tasks" };
-        let mut panel = ScorePanel { task: title.to_owned(), methods: Vec::new() };
-        for label in &groups.labels {
-            let estimate = bootstrap.stratified(&groups.scores(&tasks, label, AREA)?, iqm)?;
-            panel.methods.push(MethodScore { label: label.clone(), estimate, runs: Vec::new() });
-        }
-        panels.push(panel);
+        panels.push(panel(if tasks.len() == panels.len() { ALL_TASKS } else { "Common tasks" }, &tasks)?);
     }
     Ok(MethodScores {
         measure: format!("area under the curve of the success rate (last {WINDOW} episodes), 0 to 1"),
@@ -159,15 +135,14 @@ fn interquartile_means(interval: &str, seeds: &[usize]) -> Statistics {
     }
 }
 
-/// The interquartile mean over the seeds, with its interval, at each point that all of them have.
-fn summary_curve(label: &str, seeds: &[Cow<'_, [[f64; 2]]>], bootstrap: &Bootstrap) -> Result<Curve, StatsError> {
-    let points = seeds.iter().map(|seed| seed.len()).min().unwrap_or(0);
-    let estimate = |point: usize| {
-        let values: Vec<f64> = seeds.iter().map(|seed| seed[point][1]).collect();
+/// The interquartile mean over the seeds, with its interval, at each of these places.
+fn summary_curve(label: &str, x: Vec<f64>, seeds: &[&[[f64; 2]]], bootstrap: &Bootstrap) -> Result<Curve, StatsError> {
+    let estimate = |x: &f64| {
+        let values: Vec<f64> = seeds.iter().map(|seed| height(seed, *x)).collect();
         bootstrap.stratified(&TaskScores::of_one_task(&values)?, iqm)
     };
-    let estimates: Vec<Estimate> = (0..points).into_par_iter().map(estimate).collect::<Result<_, _>>()?;
-    Ok(Curve::new(label, seeds[0][..points].iter().map(|[x, _]| *x).collect(), &estimates))
+    let estimates: Vec<Estimate> = x.par_iter().map(estimate).collect::<Result<_, _>>()?;
+    Ok(Curve::new(label, x, &estimates))
 }
 
 #[cfg(test)]

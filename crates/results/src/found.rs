@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::curve::score_equal_budgets;
 use super::row::TrainedRun;
 use super::settings::distinguish;
+use mge_base::paths::entries;
 use mge_base::text::natural_key;
 use mge_figures::{Against, LearningCurves, Success};
 use mge_run::{RunDirectory, RunError, RunHistory, RunState, Stamp};
@@ -42,7 +43,7 @@ impl FoundRun {
 /// directly, in its subfolder `runs`, or both; these are ordered by name, with numbers in names as numbers.
 ///
 /// # Errors
-/// [`RunError::NoRuns`] for a folder without runs; [`RunError::Io`].
+/// [`RunError::NoRuns`] for a folder without runs, [`RunError::NotARun`] if there is none; [`RunError::Io`].
 pub fn find_runs(folders: &[PathBuf]) -> Result<Vec<PathBuf>, RunError> {
     let mut found = Vec::new();
     for folder in folders {
@@ -55,7 +56,8 @@ pub fn find_runs(folders: &[PathBuf]) -> Result<Vec<PathBuf>, RunError> {
             runs.extend(runs_in(&inner)?);
         }
         if runs.is_empty() {
-            return Err(RunError::NoRuns(folder.clone()));
+            let why = if folder.exists() { RunError::NoRuns } else { RunError::NotARun };
+            return Err(why(folder.clone()));
         }
         found.extend(runs);
     }
@@ -78,9 +80,7 @@ pub fn is_listed_run(entry: &Path) -> bool {
 }
 
 fn runs_in(folder: &Path) -> Result<Vec<PathBuf>, RunError> {
-    let entries = std::fs::read_dir(folder).map_err(RunError::io("read", folder))?;
-    let paths: Result<Vec<PathBuf>, _> = entries.map(|entry| entry.map(|entry| entry.path())).collect();
-    let mut runs = paths.map_err(RunError::io("read", folder))?;
+    let mut runs = entries(folder).map_err(RunError::io("read", folder))?;
     runs.retain(|path| is_listed_run(path));
     runs.sort_by_cached_key(|path| natural_key(&path.file_name().unwrap_or_default().to_string_lossy()));
     Ok(runs)

@@ -94,7 +94,7 @@ impl TrainedRun {
         // Runs of a group have points at the same episodes, including unfinished ones.
         let every = history.records.len().max(config.episodes as usize).div_ceil(CURVE_POINTS).max(1);
         let row = LearningRow::new(config, history);
-        // A run that its success ended has its last episode, too, in the place of the next point.
+        // And the last episode of a run that its success ended.
         let last = row.episodes;
         let is_shown = |episode: u64| episode.is_multiple_of(every as u64) || (row.is_solved && episode == last);
         let records = || history.records.iter().filter(|record| is_shown(record.episode));
@@ -104,9 +104,7 @@ impl TrainedRun {
         let greedy = history.evaluations.iter().zip(rolling_mean(&successes, EVALUATIONS));
         let greedy = greedy.skip(greedy_every - 1).step_by(greedy_every);
         Self {
-            training: records()
-                .map(|record| [record.episode.next_multiple_of(every as u64) as f64, record.rolling_success])
-                .collect(),
+            training: records().map(|record| [record.episode as f64, record.rolling_success]).collect(),
             greedy: greedy.map(|(evaluation, success)| [evaluation.episode as f64, success]).collect(),
             actions: records().map(|record| [record.environment_steps as f64, record.rolling_success]).collect(),
             charged: records()

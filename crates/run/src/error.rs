@@ -106,14 +106,13 @@ impl RunError {
 
 /// Why a folder is not a run, and which run has the name that users may have taken for that of its folder.
 fn why_not(path: &Path) -> String {
-    if path.exists() {
-        return "is not a run: it has no config.json".to_owned();
-    }
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let mut runs = [parent_of(path), Path::new("runs")].into_iter().flat_map(|it| entries(it).unwrap_or_default());
-    let named = runs.find(|run| !name.is_empty() && RunDirectory::at(run).given_name() == name);
-    let hint = named.map(|run| format!(": the run in {} has that name", run.display()));
-    "does not exist".to_owned() + &hint.unwrap_or_default()
+    match runs.find(|run| !name.is_empty() && RunDirectory::at(run).given_name() == name) {
+        _ if path.exists() => "is not a run: it has no config.json".to_owned(),
+        Some(run) => format!("does not exist: the run in {} has that name", run.display()),
+        None => "does not exist".to_owned(),
+    }
 }
 
 fn remedy(error: &io::Error) -> &'static str {

@@ -188,7 +188,8 @@ pub fn methods() -> MethodScores {
     };
     let mut panels: Vec<ScorePanel> = shipped().into_iter().map(|task| panel(task.name, 5)).collect();
     panels.push(panel("All tasks".to_owned(), 0));
-    MethodScores { measure: "area under the curve".to_owned(), statistics: statistics(), reference: None, panels }
+    let measure = "area under the curve".to_owned();
+    MethodScores { measure, statistics: statistics(), panels, ..MethodScores::default() }
 }
 
 pub fn moment() -> Moment {

@@ -83,21 +83,18 @@ impl GroupCurves {
         let mut values = Vec::with_capacity(runs.len());
         let longest = runs.iter().max_by_key(|(run, _)| run.last_episode());
         for episode in longest.map_or(&[][..], |(run, _)| run.episodes()) {
-            // Where each run is then: at its end, if that has been read, once its success has ended it.
-            let place = |(run, is_solved): &(&Curves, bool)| match run.episodes().last() {
-                Some(last) if *is_solved && last < episode => Some(run.episodes().len() - 1),
-                _ => run.episodes().binary_search(episode).ok(),
+            // A run that its success ended stays at its end.
+            let at = |(run, is_solved): &(&Curves, bool)| match is_solved {
+                true => (*episode).min(run.last_episode() as u64),
+                false => *episode,
             };
-            let has_reached = |(run, is_solved): &(&Curves, bool)| {
-                let last = run.last_episode();
-                last as u64 >= *episode || (*is_solved && last > 0)
-            };
-            let reached = runs.iter().filter(|run| has_reached(run)).count();
+            let reached = runs.iter().filter(|run| run.0.last_episode() as u64 >= at(run)).count();
             if 2 * reached < runs.len() {
                 break;
             }
             // Long runs are thinned: skip episodes that one of them lacks.
-            let places: Vec<_> = runs.iter().filter_map(|run| Some((run.0, place(run)?))).collect();
+            let places: Vec<_> =
+                runs.iter().filter_map(|run| Some((run.0, run.0.episodes().binary_search(&at(run)).ok()?))).collect();
             if places.len() < reached {
                 continue;
             }
