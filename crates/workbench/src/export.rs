@@ -80,7 +80,8 @@ impl Session {
                 let reader = Arc::clone(&self.reader);
                 return Ok(Box::new(move |on_progress| {
                     let composed = composition.figure(&reader, on_progress);
-                    let Composed { figure, seeds, config_hash, remark } = composed.map_err(|error| error.to_string())?;
+                    let Composed { figure, seeds, config_hash, remark } =
+                        composed.map_err(|error| error.to_string())?;
                     Ok(DrawnFigure { figure: Box::new(figure), seeds, config_hash, remark })
                 }));
             }
