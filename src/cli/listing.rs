@@ -156,27 +156,25 @@ fn results(row: &impl serde::Serialize) -> Value {
 /// Compares two runs.
 pub fn compare(arguments: &Compare) -> Outcome {
     let runs = read_runs(&[arguments.first.clone(), arguments.second.clone()])?;
-    let [first, second] = [&runs[0], &runs[1]];
-    let done = [first, second].map(|run| done_to(run).0);
-    let settings = differences(&first.config, &second.config);
-    let rows = [first, second].map(|run| results(&run.trained.row));
+    let both = [&runs[0], &runs[1]];
+    let done = both.map(|run| done_to(run).0);
+    let settings = differences(&both[0].config, &both[1].config);
+    let rows = both.map(|run| results(&run.trained.row));
+    let paths = both.map(|run| run.path.display().to_string());
     if arguments.format.json {
         let settings: Map<String, Value> = settings.into_iter().map(|(path, values)| (path, json!(values))).collect();
-        let runs = [first, second].map(|run| run.path.display().to_string());
-        let names = [first, second].map(|run| run.name());
+        let names = both.map(FoundRun::name);
         return output::json(
-            &json!({ "runs": runs, "names": names, "settings": settings, "interventions": done, "results": rows }),
+            &json!({ "runs": paths, "names": names, "settings": settings, "interventions": done, "results": rows }),
         );
     }
     let [ours, theirs] = rows.each_ref().map(|row| json::leaf_values(row));
     let results =
         ours.into_iter().zip(theirs).map(|((key, a), (_, b))| (result_label(&key).to_owned(), [a, b].map(result_text)));
-    let names = ("run".to_owned(), [first, second].map(|run| run.path.display().to_string()));
-    let given = ("name".to_owned(), [first, second].map(|run| run.trained.row.name.clone()));
-    let done = ("interventions".to_owned(), done.map(|all| all.join("; ")));
-    let [given, done] =
-        [given, done].map(|row| Some(row).filter(|(_, texts)| texts.iter().any(|text| !text.is_empty())));
-    let lines = std::iter::once(names).chain(given).chain(settings).chain(done).chain(results);
+    let names = both.map(|run| run.trained.row.name.clone());
+    let first = [("run", paths), ("name", names), ("interventions", done.map(|all| all.join("; ")))];
+    let first = first.map(|(name, texts)| (name.to_owned(), texts)).into_iter();
+    let lines = first.chain(settings).chain(results).filter(|(_, texts)| texts.iter().any(|text| !text.is_empty()));
     let lines = lines.map(|(name, [a, b])| [name, a, b]);
     output::table(&lines.collect::<Vec<_>>())
 }

@@ -10,7 +10,7 @@ use super::provenance;
 use mge_base::atomic::Target;
 use mge_base::text::counted;
 use mge_experiments::study::{self, Study};
-use mge_experiments::sweep::{hold_measured, report_measured};
+use mge_experiments::sweep::report_measured;
 
 use mge_stats::Bootstrap;
 
@@ -27,8 +27,7 @@ pub fn report(arguments: &Report) -> Outcome {
     let command = provenance::command();
     let bootstrap = Bootstrap { resamples: arguments.resamples, seed: arguments.seed, ..Bootstrap::default() };
     let out = arguments.force.target(&arguments.out);
-    if hold_measured(&arguments.runs)? {
-        let left_out = report_measured(&arguments.runs, &out, &bootstrap, &command)?;
+    if let Some(left_out) = report_measured(&arguments.runs, &out, &bootstrap, &command)? {
         if left_out > 0 {
             output::message(format_args!(
                 "{left_out} left out: not finished, damaged, or not of the kind of the first"

@@ -59,5 +59,5 @@ pub use models::{ModelJob, ModelResult};
 pub use plan::{plan, slurm};
 pub(crate) use results::results_of;
 pub use results::{check_results, write_results};
-pub use summary::{Summary, hold_measured, report_measured};
+pub use summary::{Summary, report_measured};
 pub use work::{check, no_failure, result_in, run};

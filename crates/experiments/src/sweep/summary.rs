@@ -101,23 +101,24 @@ type Choice = Vec<(String, String)>;
 /// A row of results.
 type Row = BTreeMap<String, Value>;
 
-/// Whether these folders hold dynamics models or counts of hits.
-///
-/// # Errors
-/// When they hold no runs.
-pub fn hold_measured(folders: &[PathBuf]) -> Result<bool> {
-    Ok(common_kind(&find_runs(folders)?) != Kind::Agent)
-}
-
 /// Writes `report.md` and `report.json` of the models or counts in `folders` to `out`. `command` reproduces them. Returns
-/// the number of those that are left out, as they are not finished, damaged, or not of the kind of the first.
+/// the number of those that are left out, as they are not finished, damaged, or not of the kind of the first; None if that
+/// is a training.
 ///
 /// # Errors
 /// When none is finished, or a file cannot be read or written or is of another origin.
-pub fn report_measured(folders: &[PathBuf], out: &Target, bootstrap: &Bootstrap, command: &str) -> Result<usize> {
-    let folder = ReportFolder::new(out.clone())?;
+pub fn report_measured(
+    folders: &[PathBuf],
+    out: &Target,
+    bootstrap: &Bootstrap,
+    command: &str,
+) -> Result<Option<usize>> {
     let paths = find_runs(folders)?;
     let (all, kind) = (paths.len(), common_kind(&paths));
+    if kind == Kind::Agent {
+        return Ok(None);
+    }
+    let folder = ReportFolder::new(out.clone())?;
     let own: Vec<PathBuf> = paths.into_iter().filter(|path| kind_of(path).map_or(true, |it| it == kind)).collect();
     let (results, damaged) = results_of(&own)?;
     let summary = Summary::new(&results, bootstrap)?;
@@ -140,5 +141,5 @@ pub fn report_measured(folders: &[PathBuf], out: &Target, bootstrap: &Bootstrap,
         "version": 1, "command": command, "mge_version": version, "kind": results.kind, "rows": results.rows,
     });
     folder.write(&report, &markdown)?;
-    Ok(left_out)
+    Ok(Some(left_out))
 }

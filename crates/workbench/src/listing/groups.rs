@@ -84,10 +84,9 @@ impl GroupCurves {
         let longest = runs.iter().max_by_key(|(run, _)| run.last_episode());
         for episode in longest.map_or(&[][..], |(run, _)| run.episodes()) {
             // A run that its success ended stays at its end.
-            let at = |(run, is_solved): &(&Curves, bool)| match is_solved {
-                true => (*episode).min(run.last_episode() as u64),
-                false => *episode,
-            };
+            let end =
+                |(run, is_solved): &(&Curves, bool)| if *is_solved { run.last_episode() as u64 } else { u64::MAX };
+            let at = |run: &(&Curves, bool)| end(run).min(*episode);
             let reached = runs.iter().filter(|run| run.0.last_episode() as u64 >= at(run)).count();
             if 2 * reached < runs.len() {
                 break;
