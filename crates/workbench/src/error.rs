@@ -1,7 +1,5 @@
 //! Errors of commands.
 
-use std::path::PathBuf;
-
 use mge_base::validation::ValidationError;
 use mge_env::EpisodeOver;
 use mge_run::RunError;
@@ -23,9 +21,6 @@ pub enum SessionError {
     /// A file of settings cannot be used.
     #[error(transparent)]
     SettingsFile(#[from] SettingsFileError),
-    /// A setting of a file is out of range.
-    #[error("{}: {problem}", file.display())]
-    OfFile { file: PathBuf, problem: ValidationError },
     /// A file of a run, or one that a command writes, cannot be read or written.
     #[error(transparent)]
     Run(#[from] RunError),

@@ -20,7 +20,7 @@ use mge_base::{json, stop};
 use mge_results::RunReader;
 use mge_run::{Event, RunState};
 use mge_task::{self as task, Task};
-use mge_trainer::{Control, RunConfig, SettingError, set_the_same, settings_of, warnings};
+use mge_trainer::{Control, RunConfig, SettingError, SettingsFileError, set_the_same, settings_of, warnings};
 
 /// Something that happened in the background.
 #[derive(Debug, Clone, PartialEq)]
@@ -145,11 +145,11 @@ impl Session {
         // The method comes first: it determines the defaults of other settings.
         all.sort_by_key(|(key, _)| key != "method");
         let changed = self.setup.config.with_settings(&all);
-        self.setup.config = changed.map_err(|error| match (error, file) {
+        self.setup.config = changed.map_err(|source| match (&source, file) {
             (SettingError::Range(problem), Some(file)) if is_of_file(&problem.path) => {
-                SessionError::OfFile { file: file.to_owned(), problem }
+                SettingsFileError::Setting { origin: file.display().to_string(), source }.into()
             }
-            (error, _) => error.into(),
+            _ => SessionError::from(source),
         })?;
         for (key, value) in all {
             self.setup.set.insert(key.clone());

@@ -5,7 +5,7 @@ use super::Context::{
 };
 use super::Run::{self, Change, Do, Effects, Verb};
 use super::tab::Tab;
-use crate::tui::app::App;
+use crate::tui::app::{App, TerminalRequest};
 use crate::tui::chart::Range;
 use crate::tui::screens::{edit, figures, models, runs, scene_actions as scene, schedule, tools, training};
 use crate::tui::view::XAxis;
@@ -45,7 +45,7 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("screen-figures", "7", "", "", "show the figures", Do(|app| app.show(Tab::Figures))),
         ("screen-log", "8", "", "", "show what happened", Do(|app| app.show(Tab::Log))),
         ("theme", "", "", "", "use other colours: for dark and light backgrounds, and for every colour vision", Do(App::change_theme)),
-        ("suspend", "ctrl-z", "", "", "go back to the shell; `fg` returns", Do(App::suspend)),
+        ("suspend", "ctrl-z", "", "", "go back to the shell; `fg` returns", Do(|app| app.request = Some(TerminalRequest::Suspend))),
         ("back", "esc", "", "", "close the top layer, or leave what is open or selected on the screen", Do(App::back)),
     ]),
     (Scene, &[

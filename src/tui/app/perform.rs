@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{App, Awaited, TerminalRequest};
+use super::{App, Awaited};
 use crate::tui::actions::{Entry, Run, Tab};
 use crate::tui::effect::{Effect, Layer};
 use crate::tui::input::fill;
@@ -294,11 +294,6 @@ impl App {
     pub fn show(&mut self, tab: Tab) {
         self.tab = tab;
         self.screens.scene.player.hold(tab == Tab::Edit);
-    }
-
-    /// Requests that the program is suspended.
-    pub fn suspend(&mut self) {
-        self.request = Some(TerminalRequest::Suspend);
     }
 
     /// Changes to the next palette.

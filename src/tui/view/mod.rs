@@ -138,11 +138,6 @@ impl ViewModel {
         self.runs.iter().map(|run| &**run).find(|run| run.path == path)
     }
 
-    /// The watched run.
-    pub fn watched_run(&self) -> Option<&RunSummary> {
-        self.watched.as_ref().map(|watched| &*watched.run)
-    }
-
     /// The objects of the edited task.
     pub fn objects(&self) -> Objects<'_> {
         Objects { task: &self.task, proposed: &self.proposed }

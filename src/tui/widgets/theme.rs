@@ -125,9 +125,9 @@ impl Theme {
             Palette::Light => LIGHT,
             Palette::ColourBlind => COLOUR_BLIND,
         };
-        let main = main.map(|rgb| fit(rgb, depth));
+        let main = main.map(|rgb| fit(Color::from_u32(rgb), depth));
         let [dim, accent, border, ball, trail, tool, placed, goal, good, warn, bad] = main;
-        let stages = stages.map(|rgb| fit(rgb, depth));
+        let stages = stages.map(|rgb| fit(Color::from_u32(rgb), depth));
         Self { palette, depth, marker, dim, accent, border, ball, trail, tool, placed, goal, good, warn, bad, stages }
     }
 
@@ -195,10 +195,7 @@ impl Theme {
 
     /// The nearest colour that the terminal can show; named and indexed colours stay as they are.
     pub fn fit(&self, colour: Color) -> Color {
-        match colour {
-            Color::Rgb(r, g, b) => fit(u32::from_be_bytes([0, r, g, b]), self.depth),
-            other => other,
-        }
+        fit(colour, self.depth)
     }
 
     /// The colour of the heat map for a value from 0 to 1.
@@ -208,8 +205,8 @@ impl Theme {
             Palette::Light => [[245.0, 245.0, 255.0], [252.0, 165.0, 90.0]],
             _ => [[18.0, 20.0, 48.0], [170.0, 60.0, 40.0]],
         };
-        let mix = |channel: usize| (low[channel] + (high[channel] - low[channel]) * share) as u32;
-        fit(mix(0) << 16 | mix(1) << 8 | mix(2), self.depth)
+        let [r, g, b] = [0, 1, 2].map(|channel| (low[channel] + (high[channel] - low[channel]) * share) as u8);
+        self.fit(Color::Rgb(r, g, b))
     }
 
     /// The colour of the heat map for a value from 0 to 1 in a cell. With 256 colours neighbouring cells alternate between
@@ -224,13 +221,12 @@ impl Theme {
     }
 }
 
-/// The nearest colour at a depth.
-fn fit(rgb: u32, depth: Depth) -> Color {
-    let [_, r, g, b] = rgb.to_be_bytes();
-    match depth {
-        Depth::None => Color::Reset,
-        Depth::True => Color::Rgb(r, g, b),
-        Depth::Ansi256 => Color::Indexed(nearest_256([r, g, b])),
+/// The nearest colour at a depth; named and indexed colours stay as they are.
+fn fit(colour: Color, depth: Depth) -> Color {
+    match (colour, depth) {
+        (Color::Rgb(..), Depth::None) => Color::Reset,
+        (Color::Rgb(r, g, b), Depth::Ansi256) => Color::Indexed(nearest_256([r, g, b])),
+        (colour, _) => colour,
     }
 }
 

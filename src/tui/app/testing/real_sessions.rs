@@ -99,7 +99,10 @@ fn a_run_keeps_its_place_in_the_list_when_it_is_opened() {
         std::thread::yield_now();
     }
     workspace.apply(Command::parse(&format!("open {}", folder.path().join("a").display())).unwrap().unwrap()).unwrap();
-    assert_eq!((names(&workspace).as_str(), workspace.view().watched_run().unwrap().name.as_str()), ("abc", "a"));
+    assert_eq!(
+        (names(&workspace).as_str(), workspace.view().watched.as_ref().unwrap().run.name.as_str()),
+        ("abc", "a")
+    );
 }
 
 #[test]

@@ -58,7 +58,7 @@ impl Arguments {
             runs: view.runs.iter().rev().map(|known| run(known)).collect(),
             models: view.models.iter().map(|model| Value::new(model.name.clone(), model.about.clone())).collect(),
             settings: described(&view.settings),
-            watched: view.watched_run().map(|run| described(&run.config)).unwrap_or_default(),
+            watched: view.watched.as_ref().map(|watched| described(&watched.run.config)).unwrap_or_default(),
         }
     }
 
