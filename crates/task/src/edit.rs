@@ -2,15 +2,15 @@
 
 use std::collections::VecDeque;
 
-use super::{Form, Part, Placeable, Property, Region, Task, ToolSpec, Values};
+use super::{Form, Part, Placeable, Property, Region, STANDARD_RADIUS, Task, ToolSpec, Values};
 use mge_base::validation::ValidationError;
 use mge_physics::{ToolKind, exact};
 
 /// One change of a task. Indices of subgoals and tools count from 0.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Edit {
-    /// Appends a subgoal, before the goal.
-    AddSubgoal { position: [f32; 2], radius: f32 },
+    /// Appends a subgoal, before the goal; without a radius, of the usual one.
+    AddSubgoal { position: [f32; 2], radius: Option<f32> },
     /// Moves a subgoal.
     MoveSubgoal { index: usize, position: [f32; 2] },
     /// Resizes a subgoal.
@@ -71,7 +71,9 @@ impl Edit {
             task.search_actions += std::mem::take(&mut search_actions);
         }
         match *self {
-            Self::AddSubgoal { position, radius } => task.subgoals.push(Region { position, radius }),
+            Self::AddSubgoal { position, radius } => {
+                task.subgoals.push(Region { position, radius: radius.unwrap_or(STANDARD_RADIUS) });
+            }
             Self::MoveSubgoal { index, position } => entry(&mut task.subgoals, "subgoal", index)?.position = position,
             Self::ResizeSubgoal { index, radius } => entry(&mut task.subgoals, "subgoal", index)?.radius = radius,
             Self::SwapSubgoals { first, second } => {

@@ -9,7 +9,7 @@
 //! use mge_task::{Edit, Editor, load, parse, to_json};
 //!
 //! let mut editor = Editor::new(load("task1")?);
-//! editor.apply(&Edit::AddSubgoal { position: [0.5, 0.0], radius: 4.0 })?;
+//! editor.apply(&Edit::AddSubgoal { position: [0.5, 0.0], radius: None })?;
 //! assert_eq!(parse(&to_json(editor.task()), "my task")?, *editor.task());
 //! assert!(editor.undo());
 //! # Ok::<(), Box<dyn std::error::Error>>(())

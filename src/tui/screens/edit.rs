@@ -70,7 +70,7 @@ pub fn add_subgoal(scene: &Scene, ui: &Ui) -> Vec<Effect> {
     let added = Object::Part(Part::Subgoal(task.subgoals.len()));
     let edit = match scene.selected() {
         Some(Object::Proposal(index)) => Edit::AcceptProposal { index: Some(index) },
-        _ => Edit::AddSubgoal { position: moved(middle, [0.0; 2]), radius: STANDARD_RADIUS },
+        _ => Edit::AddSubgoal { position: moved(middle, [0.0; 2]), radius: Some(STANDARD_RADIUS) },
     };
     vec![Effect::apply(edit), Effect::select(Some(added))]
 }

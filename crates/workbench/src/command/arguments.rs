@@ -332,19 +332,6 @@ impl Argument<Values> for Properties {
     }
 }
 
-/// An optional argument with a default value.
-pub(super) struct Or<W, T>(pub W, pub T);
-
-impl<T: Clone, W: Argument<T>> Argument<T> for Or<W, T> {
-    fn read(&self, words: &mut Words<'_>) -> Result<T, String> {
-        words.peek().map_or(Ok(self.1.clone()), |_| self.0.read(words))
-    }
-
-    fn write(&self, value: &T) -> String {
-        self.0.write(value)
-    }
-}
-
 /// Settings as `KEY=VALUE`, up to the keyword `in` or `until`.
 pub(super) struct Changes;
 

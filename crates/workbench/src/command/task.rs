@@ -1,7 +1,7 @@
 //! Commands that open, edit and save the task, and propose subgoals for it.
 
 use super::arguments::{
-    Argument, Index, Named, Number, Optional, Or, Output, Parsed, Position, Properties, Text, Within, Words, is_option,
+    Argument, Index, Named, Number, Optional, Output, Parsed, Position, Properties, Text, Within, Words, is_option,
     optional,
 };
 use super::{Command, Edit, Execute, ScriptRole, Verb, WaitFor, command};
@@ -9,7 +9,7 @@ use crate::setup::Setup;
 use crate::{Session, SessionError};
 use mge_base::atomic::Target;
 use mge_task::Edit::*;
-use mge_task::{self as task, Editor, STANDARD_RADIUS};
+use mge_task::{self as task, Editor};
 
 /// Maximum number of subgoals in one proposal.
 const MAX_PROPOSALS: usize = 9;
@@ -73,7 +73,7 @@ macro_rules! edits {
 impl Execute for Edit {
     edits! {
         "subgoal add" "X Y [RADIUS]" "add a subgoal after the others"
-            => AddSubgoal { position: Position, radius: Or(Number("radius"), STANDARD_RADIUS) };
+            => AddSubgoal { position: Position, radius: optional(Number("radius")) };
         "subgoal move" "N X Y" "move subgoal N (from 1) to normalised X Y"
             => MoveSubgoal { index: Index, position: Position };
         "subgoal size" "N RADIUS" "resize a subgoal, in units"
