@@ -219,7 +219,10 @@ fn an_undone_edit_is_made_again() {
     assert_ne!(session.task().goal.radius, 7.0);
     assert_eq!(apply(&mut session, "redo").unwrap(), "the edit is redone");
     assert_eq!((session.task().goal.radius, session.config().task.goal.radius), (7.0, 7.0));
-    assert_eq!(apply(&mut session, "redo").unwrap_err(), "there is nothing to redo");
+    assert_eq!(
+        apply(&mut session, "redo").unwrap_err(),
+        "there is nothing to redo: only edits of the task are done again"
+    );
 }
 
 #[test]

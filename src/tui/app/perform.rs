@@ -98,8 +98,8 @@ impl App {
             Command::Evaluate(_) | Command::Checkpoint(_) | Command::Fork(_) => true,
             _ => false,
         };
-        match self.screens.runs.acted_on(&self.ui()).as_slice() {
-            [run] if is_on_run && self.tab == Tab::Runs => self.apply_to(&run.path.clone(), command),
+        match self.chosen().as_slice() {
+            [run] if is_on_run => self.apply_to(&run.path.clone(), command),
             _ => self.try_apply(command),
         }
     }
@@ -219,12 +219,18 @@ impl App {
     /// Carries out an action on runs: on the Runs screen on the marked ones or those of the selected line, elsewhere on
     /// the watched one.
     pub fn on_chosen(&mut self, act: fn(&[&RunSummary], &Ui<'_>) -> Vec<Effect>) {
-        let effects = match (self.tab, self.subject.run()) {
-            (Tab::Runs, _) => runs::on_all(&self.screens.runs, &self.ui(), act),
-            (_, Some(run)) => act(&[run], &self.ui()),
-            (_, None) => runs::no_run(),
+        let effects = match self.chosen().as_slice() {
+            [] => vec![Effect::info("there is no run")],
+            runs => act(runs, &self.ui()),
         };
         self.carry_out(effects);
+    }
+
+    fn chosen(&self) -> Vec<&RunSummary> {
+        match self.tab {
+            Tab::Runs => self.screens.runs.acted_on(&self.ui()),
+            _ => self.subject.run().into_iter().collect(),
+        }
     }
 
     /// Exports the selected figure.
@@ -245,15 +251,6 @@ impl App {
             }
             Tab::Runs => self.apply(command::Restore(None)),
             _ => self.apply(command::Undo),
-        }
-    }
-
-    /// Does the latest undone edit of the task again. Deletions are not done again.
-    pub fn redo(&mut self) {
-        match self.tab {
-            Tab::Runs => self
-                .show_message(Level::Info, fill("only edits of the task are redone; {delete-run} deletes runs again")),
-            _ => self.apply(command::Redo),
         }
     }
 

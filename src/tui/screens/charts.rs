@@ -30,18 +30,13 @@ impl<'a> Shown<'a> {
         Self::Run(run, view.groups.of(&run.path))
     }
 
-    /// Its name in the legend, and a longer one in place of a name that something else has, too.
-    fn names(&self) -> [String; 2] {
+    /// Its task, its name in the legend, and a longer one in place of a name that something else has, too.
+    fn names(&self) -> [String; 3] {
         match self {
-            Self::Run(run, _) => [run.name.clone(), run.path.display().to_string()],
-            Self::Group(group, _) => [group.label.clone(), format!("{}, {}", group.label, group.task)],
-        }
-    }
-
-    fn task(&self) -> &'a str {
-        match self {
-            Self::Run(run, _) => &run.config.task.name,
-            Self::Group(group, _) => &group.task,
+            Self::Run(run, _) => [run.config.task.name.clone(), run.name.clone(), run.path.display().to_string()],
+            Self::Group(group, _) => {
+                [group.task.clone(), group.label.clone(), format!("{}, {}", group.label, group.task)]
+            }
         }
     }
 
@@ -91,12 +86,12 @@ pub struct Charts<'a> {
 impl<'a> Charts<'a> {
     /// Charts of these, over the same episodes.
     pub fn new(state: &'a CurvesState, shown: Vec<Shown<'a>>, ui: &'a Ui<'a>) -> Self {
-        let all: Vec<[String; 2]> = shown.iter().map(Shown::names).collect();
-        let is_unique = |[name, _]: &[String; 2]| all.iter().filter(|[other, _]| other == name).count() == 1;
-        let several = shown.iter().any(|other| other.task() != shown[0].task());
-        let names = all.iter().zip(&shown).map(|(names, shown)| {
-            let name = &names[usize::from(!is_unique(names))];
-            if several { format!("{}: {name}", shown.task()) } else { name.clone() }
+        let all: Vec<[String; 3]> = shown.iter().map(Shown::names).collect();
+        let names = all.iter().map(|[task, name, longer]| {
+            let is_unique = all.iter().filter(|[_, other, _]| other == name).count() == 1;
+            let is_alone = all.iter().all(|[other, ..]| other == task);
+            let name = if is_unique { name } else { longer };
+            if is_alone || !is_unique { name.clone() } else { format!("{task}: {name}") }
         });
         let names = if shown.len() > 1 { names.collect() } else { vec![String::new()] };
         let colours = colours(&shown, ui.theme);

@@ -45,7 +45,7 @@ command! {
 command! {
     /// Redoes the undone edit.
     Redo: "redo" "" "redo the undone edit";
-    prepare = |_, setup| setup.step_history(Editor::redo, "redo", "the edit is redone");
+    prepare = |_, setup| setup.step_history(Editor::redo, "redo: only edits of the task are done again", "the edit is redone");
 }
 
 /// Implements `verbs` and `line` of `Execute` for the variants of `Edit`, each with its verb, the arguments as shown in

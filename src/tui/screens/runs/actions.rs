@@ -9,27 +9,15 @@ use crate::tui::actions::Tab;
 use crate::tui::effect::Effect;
 use crate::tui::layers::Form;
 use crate::tui::view::{Level, RunSummary};
-use mge_run::{Notes, RunDirectory};
+use mge_run::RunDirectory;
 use mge_workbench::{Command, command};
-
-pub fn no_run() -> Vec<Effect> {
-    vec![Effect::info("there is no run")]
-}
 
 /// What an action does with the selected line.
 pub fn on_line(state: &mut Runs, ui: &Ui, act: fn(&mut Runs, &Ui, &Line) -> Vec<Effect>) -> Vec<Effect> {
     let lines = list::lines(state, ui);
     match lines.get(state.selected_row(&lines)) {
         Some(line) => act(state, ui, line),
-        None => no_run(),
-    }
-}
-
-/// What an action does with all marked runs, or else those of the selected line.
-pub fn on_all(state: &Runs, ui: &Ui, act: fn(&[&RunSummary], &Ui) -> Vec<Effect>) -> Vec<Effect> {
-    match state.acted_on(ui).as_slice() {
-        [] => no_run(),
-        runs => act(runs, ui),
+        None => vec![Effect::info("there is no run")],
     }
 }
 
@@ -116,20 +104,13 @@ pub fn fork(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     })
 }
 
-/// Asks for a text of a run, which is taken as it is typed, unless another program has changed it meanwhile: `get` reads
-/// it.
-fn ask(
-    run: &RunSummary,
-    [what, hint]: [&str; 2],
-    text: &str,
-    get: fn(Notes) -> String,
-    set: fn(PathBuf, String) -> Command,
-) -> Vec<Effect> {
-    let now = move |folder: &Path| RunDirectory::at(folder).notes().map_or_else(|_| String::new(), get);
+/// Asks for a text of a run, which is taken as it is typed, unless another program has written one meanwhile.
+fn ask(run: &RunSummary, [what, hint]: [&str; 2], text: &str, set: fn(PathBuf, String) -> Command) -> Vec<Effect> {
+    let now = |folder: &Path| RunDirectory::at(folder).notes().unwrap_or_default();
     let (folder, before) = (run.path.clone(), now(&run.path));
     let read = move |text: &str| match now(&folder) {
         now if now == before => Ok(Effect::apply(set(folder.clone(), text.to_owned()))),
-        now => Err(format!("another program has changed it to `{now}`: close this and open it again")),
+        now => Err(format!("another program has written `{} {}`: close this and open it again", now.name, now.note)),
     };
     vec![Effect::open(Form::prompt(format!("{what} {}", run.name), hint, text, read))]
 }
@@ -137,15 +118,13 @@ fn ask(
 /// Asks for the note on a run.
 pub fn edit_note(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     let set = |folder, text| command::Note { folder, text }.into();
-    let words = ["note on", "no text removes it"];
-    on_single(runs, ui, "given a note", |run| ask(run, words, &run.note, |notes| notes.note, set))
+    on_single(runs, ui, "given a note", |run| ask(run, ["note on", "no text removes it"], &run.note, set))
 }
 
 /// Asks for the name of a run.
 pub fn rename(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     let set = |folder, name| command::Rename { folder, name }.into();
-    let words = ["name of", "no text: that of its folder"];
-    on_single(runs, ui, "renamed", |run| ask(run, words, &run.name, |notes| notes.name, set))
+    on_single(runs, ui, "renamed", |run| ask(run, ["name of", "no text: that of its folder"], &run.name, set))
 }
 
 /// Asks which runs are listed.

@@ -46,13 +46,10 @@ const COLUMNS: [(&str, Column); 15] = [
     ("done", |run, _| Some(run.done.into())),
     ("success", |run, _| Some(run.success?.into())),
     ("epsilon", |run, _| Some(run.config.epsilon.threshold(0).into())),
-    (OF_CURVES[0], |run, _| Some(run.latest(Metric::ChargedActions)?.into())),
-    (OF_CURVES[1], |run, _| Some(run.seconds()?.into())),
-    (OF_CURVES[2], |run, _| Some(run.speed()?.into())),
+    ("charged", |run, _| Some(run.latest(Metric::ChargedActions)?.into())),
+    ("duration", |run, _| Some(run.seconds()?.into())),
+    ("speed", |run, _| Some(run.speed()?.into())),
 ];
-
-/// The columns that are known of runs whose curves have been read.
-const OF_CURVES: [&str; 3] = ["charged", "duration", "speed"];
 
 impl Filter {
     /// Reads what was typed: words and conditions, all of which must hold.
@@ -66,7 +63,7 @@ impl Filter {
 
     /// Whether it needs the curves of all runs.
     pub fn needs_curves(&self) -> bool {
-        self.terms.iter().any(|term| matches!(term, Term::Compared(column, ..) if OF_CURVES.contains(&&**column)))
+        ["charged", "duration", "speed"].iter().any(|column| self.text.to_lowercase().contains(column))
     }
 
     /// Whether a run is listed.

@@ -22,9 +22,7 @@ use ratatui::widgets::Widget;
 use super::pane::{self, hint, pane};
 use super::{HitRegions, Ui};
 use crate::tui::view::{RunGroup, RunSummary, ViewModel};
-pub use actions::{
-    ask_for_filter, compare, edit_note, evaluate, fold, fork, mark, no_run, on_all, on_line, rename, watch,
-};
+pub use actions::{ask_for_filter, compare, edit_note, evaluate, fold, fork, mark, on_line, rename, watch};
 pub use bulk::{delete, go_on, pause, stop};
 use filter::Filter;
 use line::{Line, LineKey};
@@ -221,11 +219,8 @@ fn about_run(run: &RunSummary) -> String {
     let state = run.state_word();
     let work = run.preparing.as_ref().map_or_else(String::new, |work| format!(": {work}"));
     let (tasks, method, seed) = (&run.config.task.name, run.config.method.name(), run.config.seed);
-    let folder = match run.elsewhere {
-        true => format!(" ({})", run.path.display()),
-        false if run.name != run.folder() => format!(" (folder {})", run.folder()),
-        false => String::new(),
-    };
+    let is_plain = run.name == run.folder() && !run.elsewhere;
+    let folder = if is_plain { String::new() } else { format!(" ({})", run.path.display()) };
     format!("{}{folder}: {tasks}, {method}, seed {seed}, {done}, {state}{work}{reason}{fork}{changed}", run.name)
 }
 
