@@ -166,7 +166,7 @@ mod tests {
 
     fn figure() -> Result<FigureJob, String> {
         let figure = Box::new(TaskGrid { tasks: vec![mge_task::load("task1").unwrap()] });
-        Ok(Box::new(|_| Ok(DrawnFigure { figure, seeds: Vec::new(), config_hash: String::new() })))
+        Ok(Box::new(|_| Ok(DrawnFigure { figure, seeds: vec![], config_hash: String::new(), remark: String::new() })))
     }
 
     fn wanted(kind: &'static str) -> PreviewRequest {

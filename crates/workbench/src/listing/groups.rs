@@ -127,12 +127,15 @@ pub struct Grouping {
     known: Arc<Known>,
 }
 
+/// The settings of a run that may change: see [`may_change`].
+type MayChange = (u64, Option<f64>, EpsilonSchedule);
+
 /// What the configurations of runs determine.
 #[derive(Debug, Clone, Default)]
 struct Known {
     /// For each run its configured episodes, the success at which it ends and its schedule, the only settings that may
     /// change, and its row with the settings in which it differs from others.
-    rows: HashMap<PathBuf, ((u64, Option<f64>, EpsilonSchedule), LearningRow)>,
+    rows: HashMap<PathBuf, (MayChange, LearningRow)>,
     /// The settings in which no two runs differ.
     common: Settings,
 }
@@ -216,7 +219,7 @@ impl Known {
 }
 
 /// The settings of a run that may change.
-fn may_change(run: &RunSummary) -> (u64, Option<f64>, EpsilonSchedule) {
+fn may_change(run: &RunSummary) -> MayChange {
     (run.episodes(), run.config.stop.success, run.config.epsilon.clone())
 }
 

@@ -128,7 +128,9 @@ impl Workspace for RecordingWorkspace {
         match kind {
             FigureKind::Scene => {
                 let figure = Box::new(TaskGrid { tasks: vec![Task::clone(&self.view.task)] });
-                Ok(Box::new(|_| Ok(DrawnFigure { figure, seeds: Vec::new(), config_hash: String::new() })))
+                Ok(Box::new(|_| {
+                    Ok(DrawnFigure { figure, seeds: vec![], config_hash: String::new(), remark: String::new() })
+                }))
             }
             _ => Err(format!("there is nothing for the {} figure in tests", kind.name())),
         }
