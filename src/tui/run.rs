@@ -69,7 +69,7 @@ pub fn run(session: Session, options: &Options) -> Result<ExitReason, TerminalEr
     if let Some(remembered) = Remembered::load(&folder).filter(|_| !options.fresh) {
         app.restore(remembered, options.keeps_task);
     }
-    app.follow_watched();
+    app.follow_watched(true);
     report_recovered_edits(&mut app, Path::new("."));
     if options.greet {
         app.show_message(

@@ -123,10 +123,10 @@ impl App {
         outcome
     }
 
-    /// Selects the watched run in the list of runs.
-    pub fn follow_watched(&mut self) {
+    /// Selects the watched run in the list of runs, or its group, unless it is to be `alone`.
+    pub fn follow_watched(&mut self, alone: bool) {
         if let Some(run) = self.subject.run() {
-            self.screens.runs.follow(&run.path);
+            self.screens.runs.follow(&run.path, alone);
         }
     }
 
@@ -151,7 +151,7 @@ impl App {
         // Update the subject at once: the next effect may refer to it.
         self.choose_subject(None, false);
         if is_training {
-            self.follow_watched();
+            self.follow_watched(false);
         }
         Ok(())
     }

@@ -68,17 +68,18 @@ impl<'a> Line<'a> {
     /// what most groups have is left out first. Says which runs were changed during the training.
     pub fn named(&self, columns: usize, several_tasks: bool, labels: &BTreeSet<&str>) -> String {
         let changed = self.runs().iter().filter(|run| run.changed.is_some()).count();
-        let place = if self.runs().iter().all(|run| run.elsewhere) { " elsewhere" } else { "" };
+        let elsewhere = self.runs().iter().filter(|run| run.elsewhere).count();
         let (before, name, after) = match self {
-            Self::Run(run, is_below) => (
-                if *is_below { "  " } else { "" },
-                run.name.clone(),
-                format!("{}{place}", if changed > 0 { " (changed)" } else { "" }),
-            ),
+            Self::Run(run, is_below) => {
+                let changed = if changed > 0 { " (changed)" } else { "" };
+                let place = if elsewhere > 0 { " (elsewhere)" } else { "" };
+                (if *is_below { "  " } else { "" }, run.name.clone(), [changed, place].concat())
+            }
             Self::Group(group, runs) => {
                 let label = if several_tasks { self.name() } else { group.label.clone() };
-                let changed = if changed > 0 { format!(", {changed} changed") } else { String::new() };
-                ("", label, format!(" ({}{changed}){place}", runs.len()))
+                let some = |count, word| if count > 0 { format!(", {count} {word}") } else { String::new() };
+                let some = some(changed, "changed") + &some(elsewhere, "elsewhere");
+                ("", label, format!(" ({}{some})", runs.len()))
             }
         };
         let room = columns.saturating_sub(before.len() + after.len());

@@ -9,7 +9,7 @@ mod line;
 mod list;
 mod preview;
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock};
 
@@ -77,8 +77,9 @@ impl Runs {
         view.runs.iter().map(|run| &**run).filter(|run| self.is_marked(run)).collect()
     }
 
-    /// Selects the line of a run, also one that is not listed yet.
-    pub fn follow(&mut self, run: &Path) {
+    /// Selects the line of a run, also one that is not listed yet, or of its group, unless it is to be `alone`.
+    pub fn follow(&mut self, run: &Path, alone: bool) {
+        self.unfolded.extend(alone.then(|| run.to_owned()));
         self.selected = Some((false, run.to_owned()));
     }
 
@@ -233,6 +234,12 @@ fn about_group(group: &RunGroup, runs: &[&RunSummary]) -> String {
     let changed: Vec<&str> = runs.iter().filter(|run| run.changed.is_some()).map(|run| &*run.name).collect();
     if !changed.is_empty() {
         text = format!("{text}, changed: {}", changed.join(", "));
+    }
+    let count = |word: &&str| runs.iter().filter(|run| run.state_word() == *word).count();
+    let states = BTreeSet::from_iter(runs.iter().map(|run| run.state_word()));
+    if states.len() > 1 {
+        let states: Vec<String> = states.iter().map(|word| format!("{} {word}", count(word))).collect();
+        text = format!("{text}, {}", states.join(", "));
     }
     if runs.len() > seeds.len() {
         text = format!("{text} in {} runs, of which the longest of each seed counts", runs.len());

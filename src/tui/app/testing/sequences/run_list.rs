@@ -118,7 +118,8 @@ fn a_renamed_run_is_found_by_its_folder_which_its_card_names() {
     check(view.clone(), "5 / p l a i n - 1 enter", &[], "best (runs/plain-1): task1");
     check(view.clone(), "5 / n a m e = b e s t enter enter", &["open runs/plain-1"], "");
     change_run(&mut view, 4, |run| run.elsewhere = true);
-    check(view, "5 / n a m e = b e s t enter", &[], "best elsewhere");
+    check(view.clone(), "5", &[], "DDPG (3, 1 elsewhere)");
+    check(view, "5 / n a m e = b e s t enter", &[], "best (elsewhere)");
 }
 
 #[test]
