@@ -239,7 +239,7 @@ fn about_group(group: &RunGroup, runs: &[&RunSummary]) -> String {
     let states = BTreeSet::from_iter(runs.iter().map(|run| run.state_word()));
     if states.len() > 1 {
         let states: Vec<String> = states.iter().map(|word| format!("{} {word}", count(word))).collect();
-        text = format!("{text}, {}", states.join(", "));
+        text = format!("{text}; {}", states.join(", "));
     }
     if runs.len() > seeds.len() {
         text = format!("{text} in {} runs, of which the longest of each seed counts", runs.len());

@@ -268,7 +268,7 @@ fn a_group_shows_the_most_urgent_state_of_its_runs() {
     let (mut app_of_group, _) = super::app(view.clone());
     press(&mut app_of_group, "5 down");
     let about = text(&shot(&mut app_of_group, 200, 60));
-    assert!(about.contains("speed 25.0/s in all") && about.contains("2, 1 stopped, 2 running"), "{about}");
+    assert!(about.contains("speed 25.0/s") && about.contains("; 2 running, 1 stopped"), "{about}");
     change_run(&mut view, 4, |run| run.done = 900);
     bring(&mut app, view);
     press(&mut app, "end tab down space");
