@@ -233,8 +233,8 @@ impl Composition {
         let chosen: Vec<(String, String)> = asked.curves.iter().map(text).collect();
         let (legend, style) = (if chosen.is_empty() { known_names } else { chosen }, self.style);
         let remark = left.unwrap_or_default() + &curves.remark;
-        let reference = asked.reference;
-        let figure = LearningCurves { legend, reference, style, known, smooth: self.smooth, remark, ..curves };
+        let figure =
+            LearningCurves { legend, reference: asked.reference, style, known, smooth: self.smooth, remark, ..curves };
         Ok(Composed { remark: figure.remark.clone(), figure, seeds, config_hash })
     }
 

@@ -70,7 +70,7 @@ pub fn learning_curves(
     }
     let statistics = interquartile_means(interval_over(&seeds, 1), &seeds);
     let remark = if kept { " A run that its success ended keeps its last value." } else { "" }.to_owned()
-        + if cut { " Curves end with the shortest other run." } else { "" };
+        + if cut { " A curve ends with its shortest run." } else { "" };
     let window = window.get();
     Ok(LearningCurves { measure, against, window, statistics, panels, remark, ..LearningCurves::default() })
 }
@@ -194,7 +194,7 @@ mod tests {
         assert!(curve.x.last() == Some(&30.0) && (curve.y[99] - 0.8).abs() < 1e-12, "{curve:?}");
         runs[0].row.is_solved = false;
         let (curve, remark) = drawn(&runs, Against::Episodes);
-        assert_eq!((curve.x.len(), &*remark), (1, " Curves end with the shortest other run."));
+        assert_eq!((curve.x.len(), &*remark), (1, " A curve ends with its shortest run."));
     }
 
     #[test]
