@@ -17,8 +17,9 @@ use crate::tui::widgets::{columns, list};
 
 /// Parses the texts of the fields into an effect, or says what is wrong with them.
 type Reader = dyn Fn(&[&str]) -> Result<Effect, String>;
-/// What stands in a field while it is empty, and its explanation, given its place and the texts of all fields.
-type Explainer = dyn Fn(usize, &[&str]) -> [String; 2];
+/// What stands in a field while it is empty, and its explanation if that is asked for, which takes longer, given its
+/// place and the texts of all fields.
+type Explainer = dyn Fn(usize, &[&str], bool) -> [String; 2];
 
 /// Most completions that are shown at once.
 const LISTED: usize = 12;
@@ -66,7 +67,7 @@ impl Form {
     pub fn new(
         title: impl Into<String>,
         fields: Vec<Field>,
-        explain: impl Fn(usize, &[&str]) -> [String; 2] + 'static,
+        explain: impl Fn(usize, &[&str], bool) -> [String; 2] + 'static,
         read: impl Fn(&[&str]) -> Result<Effect, String> + 'static,
     ) -> Self {
         let (explain, read) = (Box::new(explain), Box::new(read));
@@ -93,7 +94,7 @@ impl Form {
         read: impl Fn(&str) -> Result<Effect, String> + 'static,
     ) -> Self {
         let (hint, field) = (hint.into(), Field { input: TextInput::new(text), ..Field::default() });
-        Self::new(title, vec![field], move |_, _| [String::new(), hint.clone()], move |texts| read(texts[0]))
+        Self::new(title, vec![field], move |_, _, _| [String::new(), hint.clone()], move |texts| read(texts[0]))
     }
 
     /// The prompt with completions of its words.
@@ -172,7 +173,7 @@ impl Form {
 
     /// The place of the present text among the choices.
     fn chosen(&self) -> usize {
-        let [shown, _] = (self.explain)(self.selected, &self.texts());
+        let [shown, _] = (self.explain)(self.selected, &self.texts(), false);
         let Field { input, choices, .. } = &self.fields[self.selected];
         let is_now = |choice: &String| choice == if input.text().is_empty() { &shown } else { input.text() };
         choices.iter().position(is_now).unwrap_or(0)
@@ -181,7 +182,7 @@ impl Form {
 
 impl Layer for Form {
     fn key(&mut self, key: KeyEvent) -> Response {
-        let [shown, _] = (self.explain)(self.selected, &self.texts());
+        let [shown, _] = (self.explain)(self.selected, &self.texts(), false);
         let field = &mut self.fields[self.selected];
         let control = key.modifiers.contains(KeyModifiers::CONTROL);
         let clears = key.code == KeyCode::Char('u') && control;
@@ -241,14 +242,15 @@ impl Layer for Form {
     fn draw(&mut self, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
         let (texts, count) = (self.texts(), self.fields.len());
         let problem = self.problem(&texts).filter(|_| self.error.is_none());
-        let explained: Vec<[String; 2]> = (0..count).map(|place| (self.explain)(place, &texts)).collect();
+        let [_, explained] = (self.explain)(self.selected, &texts, true);
+        let values: Vec<[String; 2]> = (0..count).map(|place| (self.explain)(place, &texts, false)).collect();
         let is_large = count > 1 || !self.completions.is_empty();
         let width = area.width.saturating_sub(8).min(if is_large { 72 } else { 64 });
         let fitting = self.fitting();
         let (about, style) = match (&self.error, self.picked.and_then(|picked| fitting.get(picked))) {
             (Some(error), _) => (error, Style::new().fg(theme.bad)),
             (None, Some(picked)) => (&picked.about, theme.faint()),
-            (None, None) => (&explained[self.selected][1], theme.faint()),
+            (None, None) => (&explained, theme.faint()),
         };
         let room = usize::from(width);
         let whole = wrap(about, room);
@@ -271,7 +273,7 @@ impl Layer for Form {
             let room = Rect { x, width: row.right().saturating_sub(x), ..row };
             let end = line(&field.input, if is_selected { "> " } else { "  " }, room, theme, buffer);
             if field.input.text().is_empty() && (field.optional || !field.typed) {
-                let shown = columns::shortened(&explained[place][0], usize::from(room.width.saturating_sub(3)), true);
+                let shown = columns::shortened(&values[place][0], usize::from(room.width.saturating_sub(3)), true);
                 buffer.set_string(x + 2, row.y, shown, theme.faint());
             }
             cursor = if is_selected { Some(end) } else { cursor };

@@ -11,7 +11,7 @@ use crate::tui::view::{RunSummary, comparable, cost_of_an_episode, span};
 use crate::tui::widgets::text_input::TextInput;
 use mge_base::json;
 use mge_base::text::counted;
-use mge_trainer::{Method, RunConfig, non_default_settings, warnings};
+use mge_trainer::{Method, PriorSource, RunConfig, StopRule, non_default_settings, warnings};
 use mge_workbench::{Command, check_settings, free_name, usual_name};
 
 /// The fields, the beginnings of the commands that set them, and their explanations.
@@ -53,7 +53,7 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
     let (settings, folder) = (view.settings.clone(), view.folder.clone());
     let (before, runs_folder) = (settings.clone(), folder.clone());
     let tool = tool_text(&settings.task.placeable.tool([0.0; 2]), true);
-    let explain = move |place: usize, texts: &[&str]| {
+    let explain = move |place: usize, texts: &[&str], whole: bool| {
         let settings = chosen(&settings, texts);
         let about = match FIELDS[place] {
             ("method", _, about) => format!("{}. {about}", settings.method.label()),
@@ -66,6 +66,9 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
             _ if !settings.method.uses(FIELDS[place].0) => "not used".to_owned(),
             _ => value(&settings, place),
         };
+        if !whole {
+            return [value, String::new()];
+        }
         let count = texts[SEEDS].parse().unwrap_or(seeds);
         let cost = cost(&runs, &settings, settings.episodes, count);
         let others = others(&settings);
@@ -83,18 +86,23 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
 /// The settings that the fields say. The schedule is the method's default if another method was chosen, or the field
 /// was emptied.
 fn chosen(before: &RunConfig, texts: &[&str]) -> RunConfig {
-    let mut settings = before.with_method(texts[0].parse().unwrap_or(before.method));
+    let mut settings = match texts[0].parse() {
+        Ok(method) if method != before.method => before.with_method(method),
+        _ => before.clone(),
+    };
     if settings.method != before.method || texts[EPSILON] == DEFAULT {
         settings.epsilon = RunConfig::default_for(settings.task.clone(), settings.method).epsilon;
     }
-    for ((_, verb, _), text) in FIELDS.iter().zip(texts).skip(1) {
-        if verb.is_empty() || ["", DEFAULT].contains(text) {
-            continue;
-        }
-        let key = if *verb == "model" { "prior" } else { verb.trim_start_matches("set ") };
-        // What is wrong with a text is told beside it.
-        settings = settings.with_unchecked_setting(key, text).unwrap_or(settings);
+    // What is wrong with a text is told beside it.
+    settings.episodes = texts[1].parse().unwrap_or(settings.episodes);
+    settings.seed = texts[3].parse().unwrap_or(settings.seed);
+    settings.epsilon = texts[EPSILON].parse().unwrap_or(settings.epsilon);
+    if !texts[MODEL].is_empty() {
+        settings.prior = PriorSource::from(texts[MODEL].to_owned());
     }
+    let limit = |text: &str, now| if text.is_empty() { now } else { text.parse().ok() };
+    let StopRule { success, minutes } = settings.stop;
+    settings.stop = StopRule { success: limit(texts[6], success), minutes: limit(texts[7], minutes) };
     settings
 }
 
