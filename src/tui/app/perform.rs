@@ -61,27 +61,23 @@ impl App {
                 let open = Effect::new(|app| app.apply_confirmed(command));
                 self.ask("open another task?", self.unsaved().join("\n"), vec![('y', "open the other task", open)]);
             }
-            Command::EmptyTrash(command::EmptyTrash(folder)) => {
-                let runs =
-                    deletions(folder.as_ref().unwrap_or(&self.workspace.view().folder)).unwrap_or_default().concat();
-                let go = Effect::new(|app| app.apply_confirmed(command::EmptyTrash(folder).into()));
-                if runs.is_empty() {
-                    return go.carry_out(self);
-                }
-                let title = format!("remove {} for good?", counted(runs.len(), "deleted run"));
-                let text = format!("With all files: {}.", some_of(runs.iter().map(|run| run.display().to_string())));
-                self.ask(&title, text, vec![('y', "remove for good", go)]);
-            }
             command => {
-                let mut lost: Vec<PathBuf> = command.overwrites();
-                lost.retain(|path| self.workspace.view().file.as_ref() != Some(path));
+                let ViewModel { file, folder, .. } = self.workspace.view();
+                let (lost, what, verb) = match &command {
+                    Command::EmptyTrash(trash) => {
+                        let runs = deletions(trash.0.as_ref().unwrap_or(folder)).unwrap_or_default();
+                        (runs.concat(), "deleted run", "remove")
+                    }
+                    _ => (command.overwrites(), "file", "overwrite"),
+                };
+                let lost: Vec<PathBuf> = lost.into_iter().filter(|path| file.as_ref() != Some(path)).collect();
                 if lost.is_empty() {
                     return self.apply_confirmed(command);
                 }
-                let title = format!("overwrite {}?", counted(lost.len(), "file"));
+                let title = format!("{verb} {}?", counted(lost.len(), what));
                 let names = some_of(lost.iter().map(|path| path.display().to_string()));
                 let go = Effect::new(|app| app.apply_confirmed(command.forced()));
-                self.ask(&title, format!("What they contain will be lost: {names}."), vec![('y', "overwrite", go)]);
+                self.ask(&title, format!("What they contain will be lost: {names}."), vec![('y', verb, go)]);
             }
         }
         Ok(())
@@ -403,7 +399,7 @@ impl App {
                 let effects = runs::on_line(&mut screens.runs, &ui, runs::watch);
                 self.carry_out(effects);
             }
-            Tab::Runs => screens.runs.select(&ui, row),
+            Tab::Runs => screens.runs.select_line(&ui, |_, _| row),
             Tab::Models => screens.lists.model = row,
             Tab::Figures => screens.lists.figure = row,
             _ => {}

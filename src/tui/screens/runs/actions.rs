@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::super::Ui;
+use super::bulk::on_each;
 use super::line::Line;
 use super::{Runs, filter, list};
 use crate::tui::actions::Tab;
@@ -89,10 +90,7 @@ fn on_single(runs: &[&RunSummary], ui: &Ui, done: &str, act: impl FnOnce(&RunSum
 
 /// Plays the greedy policy of a run.
 pub fn evaluate(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
-    on_single(runs, ui, "evaluated", |run| {
-        let path = run.path.clone();
-        vec![Effect::new(move |app| app.apply_to(&path, command::Evaluate.into()))]
-    })
+    on_single(runs, ui, "evaluated", |run| on_each([(run, command::Evaluate.into())].into_iter()))
 }
 
 /// Opens the palette with the command that forks a run, at the past episode that is shown.

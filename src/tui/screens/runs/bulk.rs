@@ -103,11 +103,8 @@ pub fn stop(runs: &[&RunSummary], _: &Ui) -> Vec<Effect> {
 }
 
 /// Applies its command to each run.
-fn on_each<'a>(runs: impl Iterator<Item = (&'a RunSummary, Command)>) -> Vec<Effect> {
-    let apply = |(run, command): (&RunSummary, Command)| {
-        let path = run.path.clone();
-        Effect::new(move |app| app.apply_to(&path, command))
-    };
+pub fn on_each<'a>(runs: impl Iterator<Item = (&'a RunSummary, Command)>) -> Vec<Effect> {
+    let run = runs.map(|(run, command)| (run.path.clone(), command));
     // One that has ended meanwhile does not keep the command from the others.
-    vec![Effect::each(runs.map(apply).collect())]
+    vec![Effect::each(run.map(|(path, command)| Effect::new(move |app| app.apply_to(&path, command))).collect())]
 }

@@ -92,11 +92,6 @@ impl Runs {
         !std::mem::take(&mut self.marked).is_empty()
     }
 
-    /// Selects the line in a row of the list.
-    pub fn select(&mut self, ui: &Ui, row: usize) {
-        self.select_of(&list::lines(self, ui), row);
-    }
-
     fn select_of(&mut self, lines: &[Line], row: usize) {
         (self.selected, self.row) = (lines.get(row).map(Line::key), row);
     }

@@ -42,7 +42,7 @@ fn a_run_is_deleted_after_a_question() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::create_dir_all(folder.path().join(".trash/1/poor")).unwrap();
     view.folder = folder.path().to_owned();
-    check(view.clone(), ": e m p t y - t r a s h enter", &[], "remove 1 deleted run for good?");
+    check(view.clone(), ": e m p t y - t r a s h enter", &[], "remove 1 deleted run?");
     check(view, ": e m p t y - t r a s h enter y", &["empty-trash"], "");
     check(typical(), "5 X", &[], "not ended yet: task1-ddpg-mge-seed0; x stops it");
     let mut view = typical();
