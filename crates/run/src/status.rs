@@ -3,9 +3,10 @@
 use super::event::{EpisodeRecord, Event, LoggedEvent};
 
 /// The state of a run as a reader sees it.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum RunState {
     /// Created, but not trained yet.
+    #[default]
     NotStarted,
     /// A process is training it.
     Running,

@@ -102,7 +102,8 @@ impl Session {
     pub fn on_run(folder: &Path) -> Result<Self, SessionError> {
         let run = RunView::read(folder)?;
         let mut session = Self::new(Task::clone(&run.config().task), folder.parent().unwrap_or(folder).to_owned());
-        session.show(run);
+        session.runs.current = Some(session.runs.add(run, false));
+        session.journal.note(command::Open(folder.to_owned()).into(), session.runs.current);
         Ok(session)
     }
 

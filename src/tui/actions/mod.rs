@@ -64,20 +64,16 @@ impl Entry {
 /// All entries, grouped by context; verbs that can only be typed come last.
 pub fn entries() -> &'static [Entry] {
     static ENTRIES: LazyLock<Vec<Entry>> = LazyLock::new(|| {
-        let of_context =
-            |&(context, rows): &'static (Context, &[table::Row])| rows.iter().map(move |row| entry(context, *row));
-        let mut entries: Vec<Entry> = table::ROWS.iter().flat_map(of_context).collect();
+        let rows = table::ROWS.iter().flat_map(|(context, rows)| rows.iter().map(move |row| (*context, *row)));
+        let entry =
+            |(context, (name, keys, hint, verb, about, run))| Entry { context, name, keys, hint, verb, about, run };
+        let mut entries: Vec<Entry> = rows.map(entry).collect();
         let has_key = |verb: &Verb| entries.iter().any(|entry| entry.verb == verb.name && entry.about.is_empty());
         let typed: Vec<Entry> = verbs().filter(|verb| !has_key(verb)).map(typed).collect();
         entries.extend(typed);
         entries
     });
     &ENTRIES
-}
-
-/// The entry of an action with keys.
-fn entry(context: Context, (name, keys, hint, verb, about, run): table::Row) -> Entry {
-    Entry { context, name, keys, hint, verb, about, run }
 }
 
 /// The entry of a verb without a default key.

@@ -5,7 +5,8 @@ use crossterm::event::{MouseButton, MouseEvent, MouseEventKind};
 use super::{App, Drag};
 use crate::tui::actions::Tab;
 use crate::tui::chart::Axes;
-use crate::tui::screens::{HitRegion, edit, scene, scene_actions, schedule, tools, training};
+use crate::tui::effect::Effect;
+use crate::tui::screens::{HitRegion, scene, scene_actions, schedule, tools, training};
 use mge_task::Property;
 
 impl App {
@@ -17,8 +18,8 @@ impl App {
             MouseEventKind::Drag(MouseButton::Left) => self.drag_to(at),
             MouseEventKind::Up(MouseButton::Left) => {
                 self.drag = None;
-                let effects = edit::drop_object(&mut self.screens.scene);
-                self.carry_out(effects);
+                let dropped = self.screens.scene.drop_dragged();
+                self.carry_out(dropped.map(Effect::apply).into_iter().collect());
                 true
             }
             MouseEventKind::Moved => self.hover(at),
@@ -52,7 +53,7 @@ impl App {
             }
             Some(HitRegion::Row(row)) => self.select_row(row),
             Some(HitRegion::Chart(axes, metric)) => {
-                self.screens.curves.select(metric);
+                self.screens.curves.selected = metric;
                 self.drag = Some(Drag::Crosshair);
                 self.move_crosshair(&axes, at.0);
             }

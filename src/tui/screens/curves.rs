@@ -17,7 +17,8 @@ pub struct CurvesState {
     /// The episode under the mouse; its values are shown instead of those at the crosshair.
     pub hovered: Option<f32>,
     /// The selected curve.
-    pub(super) selected: usize,
+    #[educe(Default = Metric::CURVES[0])]
+    pub selected: Metric,
     /// What the curves are drawn against. Windows and the crosshair are of episodes.
     pub axis: XAxis,
     /// The page of the settings in which two compared runs differ, counted on beyond the last one.
@@ -47,26 +48,17 @@ impl CurvesState {
         }
     }
 
-    /// The selected curve.
-    pub(super) fn metric(&self) -> Metric {
-        Metric::CURVES[self.selected]
-    }
-
     /// What the selected curve means, in one line.
     pub(super) fn explanation(&self) -> String {
-        let meaning = self.metric().info().meaning.trim();
+        let meaning = self.selected.info().meaning.trim();
         meaning.split_inclusive(". ").next().unwrap_or_default().trim().to_owned()
-    }
-
-    /// Selects a curve.
-    pub fn select(&mut self, metric: Metric) {
-        self.selected = Metric::CURVES.iter().position(|drawn| *drawn == metric).unwrap_or(0);
     }
 
     /// Selects the curve that is `by` after the selected one.
     pub fn select_neighbour(&mut self, by: isize) {
         let count = Metric::CURVES.len();
-        self.selected = (self.selected + count).wrapping_add_signed(by) % count;
+        let now = Metric::CURVES.iter().position(|drawn| *drawn == self.selected).unwrap_or(0);
+        self.selected = Metric::CURVES[(now + count).wrapping_add_signed(by) % count];
     }
 
     /// Smoothing of a metric: none for the success rate, which is a mean already, and for schedules, which are exact.

@@ -9,17 +9,12 @@ use mge_task::{Edit, Part, STANDARD_RADIUS};
 use mge_workbench::Command;
 
 /// The effects of an edit of the selected object, given its position.
-fn on_selected(scene: &Scene, ui: &Ui, edit: impl FnOnce(Object, [f32; 2]) -> Effect) -> Vec<Effect> {
+pub(super) fn on_selected(scene: &Scene, ui: &Ui, edit: impl FnOnce(Object, [f32; 2]) -> Effect) -> Vec<Effect> {
     let selected = scene.selected().and_then(|object| Some((object, ui.view.objects().position(object)?)));
     vec![match selected {
         Some((object, position)) => edit(object, position),
         None => Effect::info(ui.text("nothing is selected: {next-object} or a click selects an object")),
     }]
-}
-
-/// Moves the selected object.
-pub fn move_by(scene: &Scene, ui: &Ui, by: [f32; 2]) -> Vec<Effect> {
-    on_selected(scene, ui, |object, position| Effect::apply(object.moved_to(moved(position, by))))
 }
 
 /// Makes the selected object larger or smaller by some steps; of a tool, changes its first property.
@@ -89,10 +84,4 @@ pub fn answer_proposals(ui: &Ui, answer: Edit) -> Vec<Effect> {
             Effect::info(ui.text("nothing is proposed: {propose-subgoals} lets the model propose subgoals"))
         }
     }]
-}
-
-/// Ends a drag: moves the object to where it was dropped.
-pub fn drop_object(scene: &mut Scene) -> Vec<Effect> {
-    let dropped = scene.drop_dragged();
-    dropped.map(|(object, to)| Effect::apply(object.moved_to(moved(to, [0.0; 2])))).into_iter().collect()
 }

@@ -10,6 +10,7 @@ use crate::tui::view::{AgentView, Choice, Subject, ViewModel};
 use mge_agent::Ddpg;
 use mge_env::Action;
 use mge_guidance::RolloutModel;
+use mge_task::Edit;
 use mge_trainer::Trace;
 
 /// Greatest distance, in units, at which the mouse hits an object.
@@ -29,8 +30,8 @@ pub struct Scene {
     selected: Option<Object>,
     /// Where the selected object is being dragged to.
     dragged_to: Option<[f32; 2]>,
-    agent_view: Derived<AgentView, Ddpg>,
-    prediction: Derived<Vec<[f32; 2]>, dyn RolloutModel>,
+    agent_view: Option<Derived<AgentView, Ddpg>>,
+    prediction: Option<Derived<Vec<[f32; 2]>, dyn RolloutModel>>,
 }
 
 /// A tool held for hand play.
@@ -54,10 +55,7 @@ pub(super) fn moved(position: [f32; 2], by: [f32; 2]) -> [f32; 2] {
 }
 
 /// A value that `P`, the networks or a model, gives for an action of an episode, cached until its key changes.
-struct Derived<T, P: ?Sized> {
-    key: Option<DerivedKey<P>>,
-    value: Option<Result<T, String>>,
-}
+type Derived<T, P> = (DerivedKey<P>, Result<T, String>);
 
 /// The episode, the index of an action in it, and the networks or the model.
 type DerivedKey<P> = (Arc<Trace>, usize, Option<Arc<P>>);
@@ -73,33 +71,27 @@ fn key<P: ?Sized>(subject: &Subject, action: usize, part: Option<&Arc<P>>) -> Op
     subject.is_of_run().then(|| (subject.episode.trace.clone(), action, part.cloned()))
 }
 
-impl<T, P: ?Sized> Default for Derived<T, P> {
-    fn default() -> Self {
-        Self { key: None, value: None }
+/// Derives a value again if its key has changed, or drops it without a key; true if it changed. Without networks or a
+/// model the value is the reason why there is none, which can change with the same key.
+fn renew<T, P: ?Sized>(
+    cached: &mut Option<Derived<T, P>>,
+    key: Option<DerivedKey<P>>,
+    derive: impl FnOnce(usize) -> Result<T, String>,
+) -> bool {
+    let Some(key) = key else { return cached.take().is_some() };
+    let known = cached.as_ref().filter(|(known, _)| is_same(known, &key));
+    if known.is_some() && key.2.is_some() {
+        return false;
     }
+    let value = derive(key.1);
+    let is_new = known.is_none_or(|(_, before)| before.as_ref().err() != value.as_ref().err());
+    *cached = Some((key, value));
+    is_new
 }
 
-impl<T, P: ?Sized> Derived<T, P> {
-    /// Derives the value again if its key has changed, or drops it without a key; true if it changed. Without networks
-    /// or a model the value is the reason why there is none, which can change with the same key.
-    fn renew(&mut self, key: Option<DerivedKey<P>>, derive: impl FnOnce(usize) -> Result<T, String>) -> bool {
-        let are_same = self.key.iter().zip(&key).all(|(known, key)| is_same(known, key));
-        let is_known = self.key.is_some() == key.is_some() && are_same;
-        if is_known && !matches!(key, Some((.., None))) {
-            return false;
-        }
-        let value = key.as_ref().map(|(_, action, _)| derive(*action));
-        let before = std::mem::replace(self, Self { key, value });
-        !is_known || before.problem() != self.problem()
-    }
-
-    fn get(&self) -> Option<&T> {
-        self.value.as_ref().and_then(|value| value.as_ref().ok())
-    }
-
-    fn problem(&self) -> Option<&str> {
-        self.value.as_ref().and_then(|value| value.as_ref().err()).map(String::as_str)
-    }
+/// Why there is no value.
+fn problem<T, P: ?Sized>(cached: &Option<Derived<T, P>>) -> Option<&String> {
+    cached.as_ref()?.1.as_ref().err()
 }
 
 impl Scene {
@@ -131,20 +123,21 @@ impl Scene {
         self.selected.zip(self.dragged_to)
     }
 
-    /// Ends a drag; returns the object and where it was dropped.
-    pub fn drop_dragged(&mut self) -> Option<(Object, [f32; 2])> {
-        self.selected.zip(self.dragged_to.take())
+    /// Ends a drag; returns the edit that moves the object to where it was dropped.
+    pub fn drop_dragged(&mut self) -> Option<Edit> {
+        let dropped = self.selected.zip(self.dragged_to.take());
+        dropped.map(|(object, to)| object.moved_to(moved(to, [0.0; 2])))
     }
 
     /// Critic and actor at the present action, if they are shown.
     pub(super) fn agent_view(&self) -> Option<&AgentView> {
-        self.agent_view.get()
+        self.agent_view.as_ref()?.1.as_ref().ok()
     }
 
     /// The path predicted from the present action on, and the true path.
     pub(super) fn prediction(&self, subject: &Subject) -> (&[[f32; 2]], Vec<[f32; 2]>) {
-        match (self.prediction.get(), &self.prediction.key) {
-            (Some(path), Some((_, action, _))) if !path.is_empty() => (path, subject.truth(*action)),
+        match &self.prediction {
+            Some(((_, action, _), Ok(path))) if !path.is_empty() => (path, subject.truth(*action)),
             _ => (&[], Vec::new()),
         }
     }
@@ -154,8 +147,8 @@ impl Scene {
         let overlays = self.overlays();
         let mut missing: Vec<String> = subject.note.clone().into_iter().collect();
         if subject.is_of_run() {
-            missing.extend(self.agent_view.problem().map(|reason| format!("no critic or actor: {reason}")));
-            missing.extend(self.prediction.problem().map(|reason| format!("no prediction: {reason}")));
+            missing.extend(problem(&self.agent_view).map(|reason| format!("no critic or actor: {reason}")));
+            missing.extend(problem(&self.prediction).map(|reason| format!("no prediction: {reason}")));
         } else if (overlays.critic || overlays.actor || overlays.model) && self.hand.is_none() {
             missing.push("no agent acts here: critic, actor and prediction need an episode of a run".to_owned());
         }
@@ -203,9 +196,9 @@ impl Scene {
         let action = subject.episode.at(self.player.step()).action.saturating_sub(1);
         let overlays = self.overlays();
         let networks = key(subject, action, subject.networks.as_ref()).filter(|_| overlays.critic || overlays.actor);
-        changed |= self.agent_view.renew(networks, |action| subject.agent_view(action));
+        changed |= renew(&mut self.agent_view, networks, |action| subject.agent_view(action));
         let model = key(subject, action, subject.model()).filter(|_| overlays.model);
-        changed |= self.prediction.renew(model, |action| subject.predict(action));
+        changed |= renew(&mut self.prediction, model, |action| subject.predict(action));
         if let Some(hand) = &mut self.hand
             && hand.ghost.as_ref().is_none_or(|ghost| ghost.action != hand.cursor)
         {

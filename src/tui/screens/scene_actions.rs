@@ -1,7 +1,8 @@
 //! Actions of the Scene and Edit screens, other than edits of the task.
 
+use super::Ui;
+use super::edit::on_selected;
 use super::scene::{Scene, moved};
-use super::{Ui, edit};
 use crate::tui::effect::Effect;
 use crate::tui::view::{Choice, Subject};
 use mge_workbench::command;
@@ -9,7 +10,8 @@ use mge_workbench::command;
 /// Moves the tool in hand, or else the selected object.
 pub fn move_by(scene: &mut Scene, ui: &Ui, direction: [f32; 2], far: bool) -> Vec<Effect> {
     let Some(hand) = &mut scene.hand else {
-        return edit::move_by(scene, ui, direction.map(|axis| axis * if far { 0.1 } else { 0.01 }));
+        let by = direction.map(|axis| axis * if far { 0.1 } else { 0.01 });
+        return on_selected(scene, ui, |object, from| Effect::apply(object.moved_to(moved(from, by))));
     };
     hand.cursor = moved(hand.cursor, direction.map(|axis| axis * if far { 0.1 } else { 0.02 }));
     Vec::new()

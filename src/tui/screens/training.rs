@@ -142,7 +142,7 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     let order = if matches!(*shown, [Shown::Group(..), Shown::Run(..)]) { "group / run: " } else { "" };
     let charts = Charts::new(curves, shown, ui);
     if curves.alone {
-        return charts.draw(curves.metric(), inside, buffer, regions);
+        return charts.draw(curves.selected, inside, buffer, regions);
     }
     let constants = charts.constants();
     let is_varying = |metric: &Metric| constants.iter().all(|(constant, _)| constant != metric);
@@ -157,9 +157,9 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     let rows = Constraint::Length(if values.is_empty() { 0 } else { most.min(text.len() as u16) });
     let [inside, below] = Layout::vertical([Constraint::Fill(1), rows]).areas(inside);
     Text::from(text).render(below, buffer);
-    for (metric, place) in places(inside, curves.metric(), is_varying) {
+    for (metric, place) in places(inside, curves.selected, is_varying) {
         charts.draw(metric, Rect { x: place.x + 1, width: place.width - 1, ..place }, buffer, regions);
-        if metric == curves.metric() {
+        if metric == curves.selected {
             buffer.set_string(place.x, place.y, "›", ui.theme.strong());
         }
     }

@@ -286,12 +286,12 @@ impl Command {
         if line.is_empty() || line.starts_with('#') {
             return Ok(None);
         }
-        let unbalanced = |_| CommandError::Usage { problem: "a quote is not closed".into(), usage: "\"TEXT\"".into() };
+        let unbalanced = |_| CommandError("a quote is not closed; usage: \"TEXT\"".to_owned());
         let words = shell_words::split(line).map_err(unbalanced)?;
         let (verb, rest) = find_verb(&words)?;
         let mut words = Words(rest);
         let command = (verb.read)(&mut words).and_then(|command| words.end().map(|()| command));
-        command.map(Some).map_err(|problem| CommandError::Usage { problem, usage: verb.usage() })
+        command.map(Some).map_err(|problem| CommandError(format!("{problem}; usage: {}", verb.usage())))
     }
 
     /// The command with each folder of a run that it names replaced by what `replace` returns for it, if anything.
@@ -369,19 +369,13 @@ fn find_verb(words: &[String]) -> Result<(&'static Verb, &[String]), CommandErro
     let word = words.iter().take(2).map(String::as_str).collect::<Vec<_>>().join(" ");
     let names = || verbs().map(|verb| verb.name);
     let nearest = nearest(names(), &word).or_else(|| nearest(names(), words.first()?));
-    Err(CommandError::Unknown { word: words.join(" "), nearest })
+    Err(CommandError(format!("unknown command `{}`{}", words.join(" "), suggestion(nearest))))
 }
 
-/// A line that is not a valid command.
+/// A line that is not a valid command: an unknown verb, or arguments that are invalid.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum CommandError {
-    /// An unknown verb.
-    #[error("unknown command `{word}`{}", suggestion(*nearest))]
-    Unknown { word: String, nearest: Option<&'static str> },
-    /// Invalid arguments.
-    #[error("{problem}; usage: {usage}")]
-    Usage { problem: String, usage: String },
-}
+#[error("{0}")]
+pub struct CommandError(String);
 
 #[cfg(test)]
 mod tests {
@@ -515,6 +509,6 @@ mod tests {
     #[test]
     fn a_word_longer_than_any_verb_gets_no_suggestion() {
         let error = Command::parse(&"train".repeat(20)).unwrap_err();
-        assert!(matches!(error, CommandError::Unknown { nearest: None, .. }), "{error}");
+        assert!(!error.to_string().contains("did you mean"), "{error}");
     }
 }

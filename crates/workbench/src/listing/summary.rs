@@ -11,7 +11,7 @@ use mge_run::{Event, Metric, RunDirectory, RunHistory, RunState};
 use mge_trainer::RunConfig;
 
 /// A run and its curves.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct RunSummary {
     /// The name that users gave it, or else that of its folder.
     pub name: String,
@@ -62,24 +62,10 @@ impl RunSummary {
         Self {
             name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             path: path.to_owned(),
-            opened: false,
-            elsewhere: false,
-            active: false,
-            queued: false,
-            damaged: false,
             label: run_label(&config),
             state,
-            preparing: None,
-            done: 0,
-            success: None,
-            curves: Arc::default(),
-            made: None,
-            began: None,
-            expected: None,
-            evaluations: Vec::new(),
-            changed: None,
-            note: String::new(),
             config,
+            ..Self::default()
         }
     }
 

@@ -148,13 +148,6 @@ impl Session {
         }
     }
 
-    /// Adds an opened run and makes it the current one.
-    pub(super) fn show(&mut self, run: RunView) {
-        let folder = run.directory().path().to_owned();
-        self.runs.current = Some(self.runs.add(run, false));
-        self.journal.note(Open(folder).into(), self.runs.current);
-    }
-
     pub(super) fn stop(&mut self) -> Result<String, SessionError> {
         if let Some(run) = self.run_mut()
             && run.unqueue()
