@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::config::{ModelConfig, TrainConfig};
 use super::error::Result;
 use super::model::{Model, VERSION, check_task, is_plain, read_model};
-use super::tool_set::{model_name, tool_set_name};
+use super::tool_set::{canonical_tool_set, model_name, tool_set_name};
 use super::train::{Progress, Training};
 use mge_base::identity::{FileId, sha256, version};
 use mge_base::stop::Stop;
@@ -83,6 +83,16 @@ pub struct Recipe {
 }
 
 impl Recipe {
+    /// The same with its tools in canonical order.
+    ///
+    /// # Errors
+    /// When a setting is out of range, or the tool set is not usable.
+    pub(super) fn checked(&self) -> Result<Self> {
+        self.config.validate()?;
+        self.training.validate()?;
+        Ok(Self { tools: canonical_tool_set(&self.tools)?, ..self.clone() })
+    }
+
     /// Launches at all of its tools.
     pub fn launches(&self) -> usize {
         self.tools.len() * self.training.observations

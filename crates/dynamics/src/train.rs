@@ -19,7 +19,6 @@ use super::network::Network;
 use super::normaliser::Normaliser;
 use super::recipe::Recipe;
 use super::samples::Samples;
-use super::tool_set::canonical_tool_set;
 use super::variety::Variety;
 use mge_base::atomic::{self, Target};
 use mge_base::identity::version;
@@ -63,11 +62,11 @@ pub fn train_to_file(
     stop: &Stop,
     on_progress: impl FnMut(&Progress),
 ) -> Result<Training> {
-    // Refused before the training.
-    let to = to.into();
+    // Refused before anything is made.
+    let (recipe, to) = (recipe.checked()?, to.into());
     let checked = to.check(&Model::FORMAT).and_then(|()| atomic::create_parent(&to.path));
     checked.map_err(|source| DynamicsError::Io { origin: to.path.display().to_string(), source })?;
-    let mut training = Training::new(recipe, command, stop)?;
+    let mut training = Training::new(&recipe, command, stop)?;
     training.run(stop, on_progress)?;
     training.model.save(&to.path)?;
     Ok(training)
@@ -80,10 +79,8 @@ impl Training {
     /// # Errors
     /// When a setting is out of range, the tool set is not usable, or `stop` is requested.
     pub fn new(recipe: &Recipe, command: &str, stop: &Stop) -> Result<Self> {
-        let recipe = Recipe { tools: canonical_tool_set(&recipe.tools)?, ..recipe.clone() };
+        let recipe = recipe.checked()?;
         let Recipe { tools, config, training } = recipe.clone();
-        config.validate()?;
-        training.validate()?;
         let builder = GraphBuilder::new(config.clone(), tools.clone());
         let layout = builder.layout();
         let (mut samples, mut validation, data_hash) = collect_samples(&recipe, &builder, stop)?;

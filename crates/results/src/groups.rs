@@ -71,6 +71,8 @@ impl<'a> Groups<'a> {
             groups.rows.push(row);
             groups.by_key.entry(key).or_default().push(index);
         }
+        let Self { rows, by_key, .. } = &mut groups;
+        by_key.values_mut().for_each(|group| group.sort_by_key(|index| rows[*index].seed));
         groups
     }
 
@@ -84,14 +86,12 @@ impl<'a> Groups<'a> {
         self.labels.iter().map(text).collect()
     }
 
-    /// The rows of one group, ordered by seed, on which its intervals depend; empty if there is no such group.
+    /// The rows of one group, ordered by seed; empty if there is no such group.
     pub fn of(&self, task: &str, label: &str) -> Vec<&'a LearningRow> {
-        let mut rows: Vec<_> = self.indices(task, label).iter().map(|index| self.rows[*index]).collect();
-        rows.sort_by_key(|row| row.seed);
-        rows
+        self.indices(task, label).iter().map(|index| self.rows[*index]).collect()
     }
 
-    /// The indices of one group's rows among all rows.
+    /// The indices of one group's rows among all rows, ordered by seed, on which its intervals depend.
     pub fn indices(&self, task: &str, label: &str) -> &[usize] {
         let key = index_of(&self.tasks, task).zip(index_of(&self.labels, label));
         key.and_then(|key| self.by_key.get(&key)).map_or(&[], Vec::as_slice)

@@ -24,7 +24,7 @@ const NONE: &str = "none";
 /// Value of `subgoals` and `scene` for a shipped task, or one without variants.
 const UNCHANGED: &str = "unchanged";
 /// Number of digits of its hash that name a variant of a task.
-const DIGITS: usize = 4;
+const DIGITS: usize = 6;
 /// Name of the model without ablations.
 const WHOLE_MODEL: &str = "full";
 
@@ -450,7 +450,7 @@ mod tests {
         }
         let runs = read_runs(&find_runs(&[folder.path().to_owned()]).unwrap()).unwrap();
         let labels: Vec<String> = runs.iter().map(|run| run.trained.row.label()).collect();
-        assert_eq!(labels, ["", ", subgoals variant eea5"].map(|how| format!("DDPG-MGE, epsilon 0.1{how}")));
+        assert_eq!(labels, ["", ", subgoals variant eea501"].map(|how| format!("DDPG-MGE, epsilon 0.1{how}")));
     }
 
     #[test]
@@ -469,7 +469,7 @@ mod tests {
             rows.iter().map(|row| row.label().replace("DDPG, subgoals ", "")).collect()
         };
         // The same subgoals have the same name, whatever the other runs are.
-        let [one, other] = ["variant 7a2a", "variant 10e5"];
+        let [one, other] = ["variant 7a2a62", "variant 10e51b"];
         assert_eq!(labels("task1", &[(0, 0), (0, 1), (1, 1)]), ["DDPG", one, one]);
         assert_eq!(labels("task1", &[(0, 0), (0, 1)]), ["DDPG", one]);
         assert_eq!(labels("task1", &[(0, 0), (0, 2), (0, 1)]), ["DDPG", other, one]);

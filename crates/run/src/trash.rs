@@ -39,7 +39,7 @@ impl RunDirectory {
         folder::create(&trash)?;
         let name = from.file_name().unwrap_or_default();
         let mut number = numbers(&trash)?.max().unwrap_or(0);
-        let with = with.and_then(Path::parent).filter(|with| with.parent() == Some(&trash));
+        let with = with.and_then(Path::parent).filter(|with| with.parent() == Some(&trash) && with.is_dir());
         let place = loop {
             if let Some(with) = with.filter(|with| !with.join(name).exists()) {
                 break with.to_owned();
@@ -102,7 +102,8 @@ pub fn deletions(folder: &Path) -> Result<Vec<Vec<PathBuf>>> {
     let mut numbers: Vec<u64> = numbers(&trash)?.collect();
     numbers.sort_unstable();
     let runs = |number: &u64| entries(&trash.join(number.to_string())).unwrap_or_default();
-    let place = |run: PathBuf| Some(folder.join(run.file_name()?));
+    // A user may have put files there.
+    let place = |run: PathBuf| Some(folder.join(run.file_name().filter(|_| run.is_dir())?));
     let all = numbers.iter().rev().map(|number| runs(number).into_iter().filter_map(place).collect());
     Ok(all.filter(|together: &Vec<PathBuf>| !together.is_empty()).collect())
 }

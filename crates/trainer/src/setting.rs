@@ -73,6 +73,7 @@ impl RunConfig {
         // The inherent function, which does not check ranges.
         let mut config =
             RunConfig::deserialize(config).map_err(|error| wrong(in_plain_words(key, error.to_string())))?;
+        config.task = self.task.clone();
         // Where a model is, is not part of its text.
         config.prior = if key == "prior" { config.prior.identified() } else { self.prior.clone() };
         Ok(config)

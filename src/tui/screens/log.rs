@@ -23,7 +23,7 @@ const TIME: usize = 9;
 pub struct LogState {
     /// Number of lines after those that are shown; drawing limits it to what leaves a full page.
     pub selected: Cell<usize>,
-    /// Number of lines when it was drawn last: lines that come later do not move those that are read.
+    /// Number of lines so far when it was drawn last: those that come later do not move those that are read.
     drawn: Cell<usize>,
     /// The least level.
     least: Level,
@@ -61,11 +61,12 @@ impl LogState {
 
     /// The lines that are shown, the oldest first.
     pub fn lines<'a>(&self, ui: &Ui<'a>) -> Vec<&'a LogLine> {
-        let is_shown = |line: &&LogLine| {
-            let text = format!("{}{}", level_style(line.level, ui.theme).0, line.text).to_lowercase();
-            line.level >= self.least && self.words.split_whitespace().all(|word| text.contains(word))
-        };
-        ui.view.log.iter().filter(is_shown).collect()
+        ui.view.log.iter().filter(|line| self.shows(line, ui)).collect()
+    }
+
+    fn shows(&self, line: &LogLine, ui: &Ui) -> bool {
+        let text = format!("{}{}", level_style(line.level, ui.theme).0, line.text).to_lowercase();
+        line.level >= self.least && self.words.split_whitespace().all(|word| text.contains(word))
     }
 
     fn title(&self) -> String {
@@ -93,10 +94,11 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer) {
         return hint("No line matches. Escape shows all.", inside, theme, buffer);
     }
     let LogState { selected, drawn, .. } = &lists.log;
-    if selected.get() > 0 && drawn.get() > 0 {
-        selected.set(selected.get() + shown.len().saturating_sub(drawn.get()));
+    let fresh = view.log_total - drawn.replace(view.log_total).min(view.log_total);
+    if selected.get() > 0 && fresh < view.log_total {
+        let later = view.log.iter().rev().take(fresh).filter(|line| lists.log.shows(line, ui));
+        selected.set(selected.get() + later.count());
     }
-    drawn.set(shown.len());
     let of_entry = |entry: &&LogLine| {
         let (mark, style) = level_style(entry.level, theme);
         let time = entry.time.strftime("%H:%M:%S ").to_string();

@@ -89,7 +89,7 @@ impl Curves {
     /// The number of the episodes between two of them, and the seconds that they took.
     pub(super) fn between(&self, first: u64, last: u64) -> Option<[f64; 2]> {
         let [first, last] = [first, last].map(|episode| self.episodes.partition_point(|other| *other < episode));
-        let seconds = f64::from(self.seconds.get(last)? - self.seconds[first]);
+        let seconds = f64::from(self.seconds.get(last)? - self.seconds.get(first)?);
         Some([(self.episodes[last] - self.episodes[first]) as f64, seconds]).filter(|_| first < last)
     }
 

@@ -63,7 +63,12 @@ impl Filter {
 
     /// Whether it needs the curves of all runs.
     pub fn needs_curves(&self) -> bool {
-        ["charged", "duration", "speed"].iter().any(|column| self.text.to_lowercase().contains(column))
+        self.terms.iter().any(|term| match term {
+            Term::Word(_) => false,
+            Term::Text(column, ..) | Term::Compared(column, ..) => {
+                ["charged", "duration", "speed"].contains(&column.as_str())
+            }
+        })
     }
 
     /// Whether a run is listed.
@@ -73,8 +78,9 @@ impl Filter {
             Term::Text(column, text, whole) => value(run, column, ui)
                 .map(|value| json::text(&value).to_lowercase())
                 .is_some_and(|found| if *whole { found == *text } else { found.contains(text) }),
+            // A name or a note may be a number, too.
             Term::Compared(column, comparison, wanted) => value(run, column, ui)
-                .and_then(|value| value.as_f64())
+                .and_then(|value| value.as_f64().or_else(|| value.as_str()?.parse().ok()))
                 .is_some_and(|found| comparison.holds(found, *wanted)),
         })
     }
@@ -95,10 +101,10 @@ fn term(word: &str) -> Result<Term, String> {
     }
     // The list shows success in percent.
     let percent = value.strip_suffix('%');
-    let number = percent.unwrap_or(value).parse::<f64>();
+    let number = percent.unwrap_or(value).parse::<f64>().ok().filter(|number| number.is_finite());
     let is_percent = |number: f64| percent.is_some() || (column == "success" && number > 1.0);
     match (comparison, number) {
-        (Some(sign), Ok(number)) => {
+        (Some(sign), Some(number)) => {
             Ok(Term::Compared(column.to_owned(), sign, if is_percent(number) { number / 100.0 } else { number }))
         }
         (None | Some(Comparison::Equal), _) => {

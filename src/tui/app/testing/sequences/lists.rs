@@ -5,7 +5,9 @@ use crate::tui::testing::at_noon;
 use crate::tui::view::ModelSummary;
 
 fn with_log(lines: usize) -> ViewModel {
-    ViewModel { log: (1..=lines).map(|line| at_noon(Level::Info, &format!("line {line}."))).collect(), ..empty() }
+    // The oldest ones are forgotten.
+    let log = (1..=lines).map(|line| at_noon(Level::Info, &format!("line {line}."))).skip(lines.saturating_sub(62));
+    ViewModel { log: log.collect(), log_total: lines, ..empty() }
 }
 
 #[test]

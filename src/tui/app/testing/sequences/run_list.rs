@@ -117,6 +117,9 @@ fn a_renamed_run_is_found_by_its_folder_which_its_card_names() {
     change_run(&mut view, 4, |run| run.name = "best".into());
     check(view.clone(), "5 / p l a i n - 1 enter", &[], "best (runs/plain-1): task1");
     check(view.clone(), "5 / n a m e = b e s t enter enter", &["open runs/plain-1"], "");
+    change_run(&mut view, 4, |run| run.name = "5".into());
+    check(view.clone(), "5 / n a m e = 5 enter enter", &["open runs/plain-1"], "");
+    change_run(&mut view, 4, |run| run.name = "best".into());
     change_run(&mut view, 4, |run| run.elsewhere = true);
     check(view.clone(), "5", &[], "DDPG (3, 1 elsewhere)");
     check(view, "5 / n a m e = b e s t enter", &[], "best (elsewhere)");
