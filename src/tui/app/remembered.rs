@@ -36,9 +36,15 @@ pub struct Remembered {
 }
 
 impl Remembered {
-    /// Reads what was remembered in a folder of runs; nothing if there is no valid file.
+    /// Reads what was remembered in a folder of runs; nothing if there is no valid file. What was cut off is told once,
+    /// whatever ends the session that tells it.
     pub fn load(folder: &Path) -> Option<Self> {
-        serde_json::from_str(&bounded::read_text(&folder.join(FILE)).ok()?).ok()
+        let remembered: Self = serde_json::from_str(&bounded::read_text(&folder.join(FILE)).ok()?).ok()?;
+        if !remembered.cut_off.is_empty() {
+            // If that fails, it is told again.
+            let _ = Self { cut_off: Vec::new(), ..remembered.clone() }.save(folder);
+        }
+        Some(remembered)
     }
 
     /// Writes it to a folder of runs, if that exists.

@@ -28,9 +28,13 @@ fn choices_are_made_again_in_the_next_session() {
     assert!(screen.contains("runs in runs"), "{screen}");
     let (mut cut_off, _) = app(view());
     let (training, _) = app(typical());
-    cut_off.restore(training.remembered(), true);
+    training.remembered().save(folder.path()).unwrap();
+    cut_off.restore(Remembered::load(folder.path()).unwrap(), true);
     let expected = "cut off when the last session ended: task1-ddpg-mge-seed0; C on the Runs screen (5)";
     assert!(cut_off.message().contains(expected), "{}", cut_off.message());
+    let (mut later, _) = app(view());
+    later.restore(Remembered::load(folder.path()).unwrap(), true);
+    assert!(!later.message().contains("cut off"), "it is told once: {}", later.message());
     press(&mut second, "t down down");
     assert!(text(&shot(&mut second, 120, 40)).contains("seeds      > 3"));
 }
