@@ -36,26 +36,12 @@ pub(super) struct ClusterStore {
     failed: Option<RolloutInputs>,
 }
 
-/// The inputs of clusters and proposals; when these change, the results are out of date.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct RolloutInputs {
-    pub task: Arc<Task>,
-    pub source: PriorSource,
-    pub model: TaskModelConfig,
-    pub guidance: GuidanceConfig,
-    pub seed: u64,
-}
+/// The inputs of clusters and proposals, of which the last is the seed; when these change, the results are out of date.
+pub(super) type RolloutInputs = (Arc<Task>, PriorSource, TaskModelConfig, GuidanceConfig, u64);
 
-impl RolloutInputs {
-    pub fn of(config: &RunConfig) -> Self {
-        Self {
-            task: config.task.clone(),
-            source: config.rollout_source(),
-            model: config.model,
-            guidance: config.guidance.clone(),
-            seed: config.seed,
-        }
-    }
+/// The inputs of clusters.
+fn inputs(config: &RunConfig) -> RolloutInputs {
+    (config.task.clone(), config.rollout_source(), config.model, config.guidance.clone(), config.seed)
 }
 
 fn is_for_the_session(command: &Command) -> bool {
@@ -69,7 +55,7 @@ impl Session {
         // Jobs that write clusters to a file are not cancelled.
         self.cancel_jobs(is_for_the_session);
         let (config, to) = (self.setup.config.clone(), command.0.clone());
-        let key = RolloutInputs::of(&config);
+        let key = inputs(&config);
         let phase = Arc::default();
         self.clusters.building = Some((key.clone(), Arc::clone(&phase)));
         let work = move |reporter: &Reporter| {
@@ -114,7 +100,7 @@ impl Session {
         match (building, latest) {
             (Some((_, phase)), _) => PriorState::Building(*lock(phase)),
             (None, None) => PriorState::Absent,
-            (None, Some((key, _))) if *key == RolloutInputs::of(&self.setup.config) => PriorState::Fresh,
+            (None, Some((key, _))) if *key == inputs(&self.setup.config) => PriorState::Fresh,
             (None, Some(_)) => PriorState::Stale,
         }
     }
@@ -122,7 +108,7 @@ impl Session {
     /// Whether the newest clusters, finished or being computed, no longer match the task and
     /// settings, and computing them for these has not already failed.
     pub fn clusters_are_outdated(&self) -> bool {
-        let key = RolloutInputs::of(&self.setup.config);
+        let key = inputs(&self.setup.config);
         let ClusterStore { latest, building, failed } = &self.clusters;
         let building = building.as_ref().map(|(key, _)| key);
         let newest = building.or(latest.as_ref().map(|(key, _)| key));
@@ -143,7 +129,7 @@ mod tests {
     #[test]
     fn clusters_are_outdated_by_a_method_with_other_rollouts() {
         let config = RunConfig::new(Arc::new(mge_task::load("task1").unwrap()));
-        let key = |method| RolloutInputs::of(&RunConfig { method, ..config.clone() });
+        let key = |method| inputs(&RunConfig { method, ..config.clone() });
         assert_eq!(key(Method::Ddpg), key(Method::DdpgMge));
         assert_ne!(key(Method::DdpgUniform), key(Method::DdpgMge));
         assert_ne!(key(Method::DdpgMgeTrue), key(Method::DdpgMge));

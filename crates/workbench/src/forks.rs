@@ -3,8 +3,8 @@
 use std::io::ErrorKind;
 
 use super::SessionError;
-use super::command::{Command, Fork, Watch};
-use super::job::{Progress, Reporter};
+use super::command::{Fork, Watch};
+use super::job::Reporter;
 use super::run::RunView;
 use super::session::Session;
 use mge_base::validation::ValidationError;
@@ -54,12 +54,6 @@ impl Session {
             report
         });
         Ok(report)
-    }
-
-    /// The command whose fork is being made, and how many of the repeated episodes are done.
-    pub fn forking(&self) -> Option<(String, Progress)> {
-        let pending = self.job(Command::is_fork)?;
-        Some((pending.command.to_string(), pending.job.progress()))
     }
 
     /// The settings of a fork.
@@ -220,11 +214,12 @@ mod tests {
         play(&mut session, TRAIN);
         let fork = |line: &str| Command::parse(line).unwrap().unwrap();
         session.apply(fork("fork 12 in other until 13")).unwrap();
-        assert!(session.forking().is_some_and(|(command, _)| command == "fork 12 in other until 13"));
+        let (command, _) = session.job(Command::is_fork).unwrap();
+        assert_eq!(command.to_string(), "fork 12 in other until 13");
         let error = session.apply(fork("fork 6 in other")).unwrap_err().to_string();
         assert!(error.contains("other exists, or is being made: choose another name"), "{error}");
         play(&mut session, "wait\nexpect episodes = 13\n");
-        assert!(session.forking().is_none());
+        assert!(session.job(Command::is_fork).is_none());
     }
 
     #[test]

@@ -51,9 +51,10 @@ impl Session {
         self.jobs.push(CommandJob { command, entries: Vec::new(), shown: Progress::default(), job });
     }
 
-    /// The latest unfinished job of a command that satisfies `which`.
-    pub(super) fn job(&self, which: impl Fn(&Command) -> bool) -> Option<&CommandJob> {
-        self.jobs.iter().rev().find(|job| which(&job.command))
+    /// The command of the latest unfinished job whose command satisfies `which`, and the progress of the job.
+    pub fn job(&self, which: impl Fn(&Command) -> bool) -> Option<(&Command, Progress)> {
+        let pending = self.jobs.iter().rev().find(|pending| which(&pending.command))?;
+        Some((&pending.command, pending.job.progress()))
     }
 
     /// Cancels the job of a command; its end is reported as usual.

@@ -57,9 +57,8 @@ impl Session {
 
     /// The file and progress of the current training of a model.
     pub fn model_work(&self) -> Option<(String, Progress)> {
-        let pending = self.job(Command::is_model_train)?;
-        let Command::ModelTrain(train) = &pending.command else { return None };
-        Some((format!("training {}", train.to.path.display()), pending.job.progress()))
+        let (Command::ModelTrain(train), progress) = self.job(Command::is_model_train)? else { return None };
+        Some((format!("training {}", train.to.path.display()), progress))
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::clusters::RolloutInputs;
 use super::command::{Command, Propose};
-use super::job::{Progress, Reporter};
+use super::job::Reporter;
 use super::{Session, SessionError};
 use mge_base::text::counted;
 use mge_guidance::{ChosenSubgoals, NO_SUBGOALS, TRIALS, choose_subgoals};
@@ -15,7 +15,7 @@ use mge_trainer::{RunConfig, required_model};
 fn inputs(config: &RunConfig) -> RolloutInputs {
     // Saving a task changes its name, but not its scene.
     let task = Task { subgoals: Vec::new(), name: String::new(), ..Task::clone(&config.task) };
-    RolloutInputs { task: Arc::new(task), source: config.prior.clone(), ..RolloutInputs::of(config) }
+    (Arc::new(task), config.prior.clone(), config.model, config.guidance.clone(), config.seed)
 }
 
 impl Session {
@@ -63,11 +63,6 @@ impl Session {
     /// The task with the proposed subgoals in place of its own, charged for the search for them.
     pub fn with_proposals(&self) -> Task {
         self.setup.editor.with_proposals()
-    }
-
-    /// Progress of the search for subgoals, in candidates, while it runs.
-    pub fn proposing(&self) -> Option<Progress> {
-        self.job(Command::is_propose).map(|pending| pending.job.progress())
     }
 }
 
@@ -122,6 +117,6 @@ mod tests {
         assert!(error.contains("was changed while"), "{error}");
         let error = run(&mut session, "model uniform\npropose\nwait").unwrap_err();
         assert!(error.contains("predicts nothing"), "{error}");
-        assert!(session.proposed().is_empty() && session.proposing().is_none());
+        assert!(session.proposed().is_empty() && session.job(Command::is_propose).is_none());
     }
 }

@@ -1,6 +1,6 @@
 //! Scripts: files of commands, one per line.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::SessionError;
 use super::command::{Command, Model, Task, WaitFor};
@@ -13,16 +13,10 @@ use mge_trainer::{PriorSource, warnings};
 /// Variables of a script and their values, which replace `${NAME}`.
 pub type Variables = [(String, String)];
 
-/// Why a script cannot be run.
+/// Why a script cannot be run: it cannot be read, a line is not a valid command, or the command of a line failed.
 #[derive(Debug, thiserror::Error)]
-pub enum ScriptError {
-    /// It cannot be read.
-    #[error("{}: {source}", path.display())]
-    Io { path: PathBuf, source: std::io::Error },
-    /// A line is not a valid command, or its command failed.
-    #[error("{origin}:{line}: {problem}")]
-    Line { origin: String, line: usize, problem: String },
-}
+#[error("{0}")]
+pub struct ScriptError(String);
 
 /// A parsed script: every line is a valid command.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,7 +31,7 @@ impl Script {
     /// # Errors
     /// As [`Script::parse`], and when the file cannot be read.
     pub fn load(path: &Path, variables: &Variables) -> Result<Self, ScriptError> {
-        let text = bounded::read_text(path).map_err(|source| ScriptError::Io { path: path.to_owned(), source })?;
+        let text = bounded::read_text(path).map_err(|error| ScriptError(format!("{}: {error}", path.display())))?;
         Self::parse(&text, &path.display().to_string(), variables)
     }
 
@@ -52,7 +46,7 @@ impl Script {
             let text = if line.trim_start().starts_with('#') { Ok(line.into()) } else { substitute(line, variables) };
             let command = text
                 .and_then(|line| Command::parse(&line).map_err(|error| error.to_string()))
-                .map_err(|problem| ScriptError::Line { origin: origin.to_owned(), line: index + 1, problem })?;
+                .map_err(|problem| ScriptError(format!("{origin}:{}: {problem}", index + 1)))?;
             commands.extend(command.map(|command| (index + 1, command)));
         }
         Ok(Self { origin: origin.to_owned(), commands })
@@ -112,7 +106,7 @@ impl Script {
     }
 
     fn failed(&self, line: usize, error: SessionError) -> ScriptError {
-        ScriptError::Line { origin: self.origin.clone(), line, problem: error.to_string() }
+        ScriptError(format!("{}:{line}: {error}", self.origin))
     }
 }
 

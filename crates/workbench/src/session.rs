@@ -283,7 +283,8 @@ impl Session {
     pub(super) fn expect(&mut self, expected: &Expect) -> Result<String, SessionError> {
         self.advance(true);
         let run = || self.run().ok_or(SessionError::NoRun);
-        let found = match expected.quantity {
+        let Expect { quantity, comparison, value } = *expected;
+        let found = match quantity {
             Quantity::Episodes => run()?.episodes() as f64,
             Quantity::Success => run()?.history().records.last().map_or(0.0, |record| record.rolling_success),
             Quantity::Greedy => run()?.history().evaluations.last().map_or(0.0, |evaluation| evaluation.success),
@@ -294,13 +295,11 @@ impl Session {
             Quantity::Subgoals => self.task().subgoals.len() as f64,
             Quantity::Proposals => self.proposed().len() as f64,
         };
-        let Expect { comparison, value, .. } = *expected;
-        if comparison.holds(found, value) {
-            Ok(format!("{} is {found}", expected.quantity.name()))
-        } else {
-            let Expect { quantity, .. } = expected;
-            Err(SessionError::Failed(format!("expected {quantity} {comparison} {value}, but it is {found}")))
+        if !comparison.holds(found, value) {
+            let reason = format!("expected {quantity} {comparison} {value}, but it is {found}");
+            return Err(SessionError::Failed(reason));
         }
+        Ok(format!("{quantity} is {found}"))
     }
 
     /// The task with its edits.

@@ -23,7 +23,7 @@ use ratatui::Frame;
 use super::actions::{Context, Entry, HAND, Tab};
 use super::effect::{Effect, Layer, Response};
 use super::input::{self, Key};
-use super::screens::{Chrome, HitRegions, Message, Screens, Ui, draw_frame};
+use super::screens::{Chrome, HitRegions, Screens, Ui, draw_frame};
 use super::view::playback::Episode;
 use super::view::{Choice, Level, Subject, Workspace};
 use super::widgets::theme::Theme;
@@ -40,8 +40,8 @@ pub struct App {
     pub(super) screens: Screens,
     /// What the scene shows.
     subject: Subject,
-    /// The latest message, and how long it has been shown.
-    message: Option<(Message, Duration)>,
+    /// The latest message, its severity, and how long it has been shown.
+    message: Option<(Level, String, Duration)>,
     /// Where things were drawn, for the mouse.
     regions: HitRegions,
     /// The terminal is too small to show anything.
@@ -271,7 +271,7 @@ impl App {
 
     /// Shows a message.
     pub fn show_message(&mut self, level: Level, text: impl Into<String>) {
-        self.message = Some((Message { level, text: text.into() }, Duration::ZERO));
+        self.message = Some((level, text.into(), Duration::ZERO));
         self.changed = true;
     }
 
@@ -288,7 +288,7 @@ impl App {
         let chrome = Chrome {
             tab: self.tab,
             contexts: &contexts,
-            message: self.message.as_ref().map(|(message, _)| message),
+            message: self.message.as_ref().map(|(level, text, _)| (*level, &**text)),
             covered: !self.layers.is_empty(),
         };
         let area = frame.area();

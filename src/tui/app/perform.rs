@@ -383,9 +383,9 @@ impl App {
     /// Keeps the preview of the selected figure up to date.
     pub(super) fn update_preview(&mut self) {
         let wanted = figures::wanted(&self.screens.lists, &self.screens.runs, &self.ui(), &self.regions);
-        if let Some((kind, composition, wanted)) = wanted {
+        if let Some(wanted) = wanted {
             let workspace = &self.workspace;
-            self.changed |= self.screens.preview.update(&wanted, || workspace.figure(kind, &composition));
+            self.changed |= self.screens.preview.update(&wanted, || workspace.figure(wanted.kind, &wanted.composition));
         }
     }
 

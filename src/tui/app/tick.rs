@@ -176,10 +176,10 @@ impl App {
     }
 
     fn age_message(&mut self, elapsed: Duration) {
-        let Some((message, shown)) = &mut self.message else { return };
+        let Some((level, _, shown)) = &mut self.message else { return };
         // Work that blocks the screen must not use up the display time of its own message.
         *shown += elapsed.min(MAX_SHOWN_PER_TICK);
-        if message.level != Level::Error && *shown > MESSAGE {
+        if *level != Level::Error && *shown > MESSAGE {
             self.message = None;
             self.changed = true;
         }

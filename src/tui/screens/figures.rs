@@ -51,7 +51,7 @@ pub fn draw(screens: &Screens, ui: &Ui, covered: bool, area: Rect, buffer: &mut 
     let kind = selected(&screens.lists);
     let inside = pane(kind.name(), picture, ui.theme, buffer);
     regions.add(inside, HitRegion::Preview);
-    if let Err(reason) = screens.preview.draw(kind.name(), covered, inside, ui.theme, buffer) {
+    if let Err(reason) = screens.preview.draw(kind, covered, inside, ui.theme, buffer) {
         hint(&reason, inside, ui.theme, buffer);
     }
 }
@@ -117,25 +117,19 @@ pub fn selected(lists: &Lists) -> FigureKind {
     FigureKind::ALL[lists.figure.min(FigureKind::ALL.len() - 1)]
 }
 
-/// The selected figure, its composition, and the preview to draw. None while there is no room for a preview.
-pub fn wanted(
-    lists: &Lists,
-    runs: &Runs,
-    ui: &Ui,
-    regions: &HitRegions,
-) -> Option<(FigureKind, Composition, PreviewRequest)> {
+/// The preview to draw. None while there is no room for one.
+pub fn wanted(lists: &Lists, runs: &Runs, ui: &Ui, regions: &HitRegions) -> Option<PreviewRequest> {
     let (area, _) = regions.all().iter().find(|(area, it)| matches!(it, HitRegion::Preview) && !area.is_empty())?;
     let kind = selected(lists);
     let composition = composition(kind, lists, runs, ui);
-    let wanted = PreviewRequest {
-        kind: kind.name(),
-        options: composition.options(),
+    Some(PreviewRequest {
+        kind,
         task: ui.view.task.clone(),
         prior: ui.view.prior.clone(),
         progress: progress(kind, &composition, ui),
         room: [area.width, area.height],
-    };
-    Some((kind, composition, wanted))
+        composition,
+    })
 }
 
 /// A hash of the runs that a figure shows and of their finished episodes.

@@ -21,23 +21,14 @@ use mge_task::Part;
 /// Width from which the names of all tabs fit.
 const TABS: u16 = 80;
 
-/// A message.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Message {
-    /// Its severity.
-    pub level: Level,
-    /// Its text.
-    pub text: String,
-}
-
 /// What is shown around and over the screen.
 pub struct Chrome<'a> {
     /// The screen being shown.
     pub tab: Tab,
     /// The contexts in which keys are looked up now, the innermost first.
     pub contexts: &'a [Context],
-    /// The message above the footer.
-    pub message: Option<&'a Message>,
+    /// The message above the footer, and its severity.
+    pub message: Option<(Level, &'a str)>,
     /// Whether a layer covers the screen.
     pub covered: bool,
 }
@@ -71,12 +62,12 @@ pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffe
 
 /// The lines between screen and footer: the message, or else what is known of what the cursor is on.
 fn message(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect) -> Text<'static> {
-    let Some(message) = chrome.message else {
+    let Some((level, text)) = chrome.message else {
         let text = columns::shortened(&explanation(ui, screens, chrome.tab), usize::from(area.width), false);
         return Text::styled(text, ui.theme.faint());
     };
-    let (mark, style) = level_style(message.level, ui.theme);
-    let text = lines(&format!("{mark}{}", message.text), area.width, style);
+    let (mark, style) = level_style(level, ui.theme);
+    let text = lines(&format!("{mark}{text}"), area.width, style);
     Text::from_iter(text.take(usize::from(area.height / 3)))
 }
 

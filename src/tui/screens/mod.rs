@@ -23,7 +23,7 @@ pub mod training;
 mod ui;
 mod workbench;
 
-pub use frame::{Chrome, Message, draw_frame};
+pub use frame::{Chrome, draw_frame};
 pub use regions::{HitRegion, HitRegions};
 pub use ui::Ui;
 

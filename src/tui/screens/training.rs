@@ -110,13 +110,10 @@ pub fn stack(
     regions: &mut HitRegions,
 ) {
     let charts = Charts::new(curves, shown(curves, runs, ui), ui);
-    let count = metrics.len() as u16;
-    let height = area.height / count;
-    for (index, metric) in (0..count).zip(metrics) {
-        let last = index + 1 == count;
-        let rows = if last { area.height - index * height } else { height };
-        let place = Rect { y: area.y + index * height, height: rows, x: area.x + 1, width: area.width - 1 };
-        charts.draw(*metric, place, buffer, regions);
+    let height = Constraint::Length(area.height / metrics.len() as u16);
+    let heights = metrics.iter().skip(1).map(|_| height).chain([Constraint::Fill(1)]);
+    for (metric, row) in metrics.iter().zip(Layout::vertical(heights).split(area).iter()) {
+        charts.draw(*metric, Rect { x: row.x + 1, width: row.width - 1, ..*row }, buffer, regions);
     }
 }
 

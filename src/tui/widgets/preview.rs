@@ -16,16 +16,17 @@ use ratatui_image::{Image, Resize};
 use crate::tui::widgets::theme::{ASCII, Depth, Theme};
 use mge_figures::Figure;
 use mge_guidance::ActionPrior;
+use mge_results::Composition;
 use mge_task::Task;
-use mge_workbench::{FigureJob, Loader};
+use mge_workbench::{FigureJob, FigureKind, Loader};
 
 /// The picture to show. It is drawn again when any of this changes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PreviewRequest {
     /// The kind of figure.
-    pub kind: &'static str,
-    /// Options of the figure.
-    pub options: Vec<(&'static str, String)>,
+    pub kind: FigureKind,
+    /// What the figure shows, and how.
+    pub composition: Composition,
     /// The task.
     pub task: Arc<Task>,
     /// The action clusters.
@@ -39,7 +40,7 @@ pub struct PreviewRequest {
 impl PreviewRequest {
     /// Whether it is for the same figure, of which only the contents may have changed.
     fn is_like(&self, other: &Self) -> bool {
-        (self.kind, &self.options, self.room) == (other.kind, &other.options, other.room)
+        (self.kind, &self.composition, self.room) == (other.kind, &other.composition, other.room)
     }
 }
 
@@ -98,7 +99,14 @@ impl Preview {
     ///
     /// # Errors
     /// The text to show if there is no picture.
-    pub fn draw(&self, kind: &str, under: bool, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Result<(), String> {
+    pub fn draw(
+        &self,
+        kind: FigureKind,
+        under: bool,
+        area: Rect,
+        theme: &Theme,
+        buffer: &mut Buffer,
+    ) -> Result<(), String> {
         let picture = match self.picture.latest(|wanted| wanted.kind == kind) {
             Some((_, Ok(picture))) => picture,
             Some((_, Err(reason))) => return Err(reason.clone()),
@@ -169,9 +177,9 @@ mod tests {
         Ok(Box::new(|_| Ok(DrawnFigure { figure, seeds: vec![], config_hash: String::new(), remark: String::new() })))
     }
 
-    fn wanted(kind: &'static str) -> PreviewRequest {
+    fn wanted(kind: FigureKind) -> PreviewRequest {
         let task = Arc::new(mge_task::load("task1").unwrap());
-        PreviewRequest { kind, options: Vec::new(), task, prior: None, progress: 0, room: [40, 20] }
+        PreviewRequest { kind, composition: Composition::default(), task, prior: None, progress: 0, room: [40, 20] }
     }
 
     /// A picture by a protocol, or in half blocks.
@@ -182,7 +190,7 @@ mod tests {
             picker
         });
         let mut preview = Preview { graphics, ..Preview::default() };
-        let wanted = wanted("scene");
+        let wanted = wanted(FigureKind::Scene);
         assert!(!preview.update(&wanted, figure));
         while !preview.update(&wanted, || panic!("it is being drawn already")) {
             std::thread::yield_now();
@@ -192,7 +200,7 @@ mod tests {
 
     fn drawn(preview: &Preview, covered: bool, theme: &Theme) -> Buffer {
         let mut buffer = Buffer::empty(Rect::new(0, 0, 40, 20));
-        preview.draw("scene", covered, buffer.area, theme, &mut buffer).unwrap();
+        preview.draw(FigureKind::Scene, covered, buffer.area, theme, &mut buffer).unwrap();
         buffer
     }
 
@@ -219,14 +227,14 @@ mod tests {
         let buffer = drawn(&preview, false, &theme(Depth::Ansi256));
         assert!(buffer.content.iter().all(|cell| !matches!(cell.bg, Color::Rgb(..))));
         let mut buffer = Buffer::empty(Rect::new(0, 0, 40, 20));
-        let drawn = preview.draw("scene", false, buffer.area, &theme(Depth::None), &mut buffer);
+        let drawn = preview.draw(FigureKind::Scene, false, buffer.area, &theme(Depth::None), &mut buffer);
         assert!(drawn.unwrap_err().contains("without colours"));
     }
 
     #[test]
     fn changed_contents_are_drawn_after_a_pause_and_another_figure_at_once() {
         let mut preview = shown(None);
-        let same = wanted("scene");
+        let same = wanted(FigureKind::Scene);
         let changed = PreviewRequest { progress: 1, ..same.clone() };
         let is_drawn = |preview: &mut Preview, wanted: &PreviewRequest| {
             let mut is_asked = false;
@@ -238,7 +246,7 @@ mod tests {
         };
         assert!(!is_drawn(&mut preview, &changed), "during the pause");
         assert!(!is_drawn(&mut preview, &same));
-        assert!(is_drawn(&mut preview, &PreviewRequest { kind: "clusters", ..changed }));
+        assert!(is_drawn(&mut preview, &PreviewRequest { kind: FigureKind::Clusters, ..changed }));
     }
 
     #[test]
@@ -248,23 +256,23 @@ mod tests {
         let mut buffer = Buffer::empty(Rect::new(0, 0, 40, 40));
         let drawing = Err("drawing ...".to_owned());
         for small in [Rect::new(0, 0, 3, 40), Rect::new(0, 0, 40, 3)] {
-            assert_eq!(preview.draw("scene", false, small, &theme, &mut buffer), drawing);
+            assert_eq!(preview.draw(FigureKind::Scene, false, small, &theme, &mut buffer), drawing);
         }
         let area = buffer.area;
-        assert_eq!(preview.draw("scene", false, area, &theme, &mut buffer), Ok(()));
+        assert_eq!(preview.draw(FigureKind::Scene, false, area, &theme, &mut buffer), Ok(()));
         let is_drawn = |y: u16| (0..40u16).any(|x| buffer[(x, y)].bg != Color::Reset);
         assert_eq!([0, 5, 20, 34, 39].map(is_drawn), [false, false, true, false, false]);
         preview.forget();
-        assert_eq!(preview.draw("scene", false, area, &theme, &mut buffer), drawing);
+        assert_eq!(preview.draw(FigureKind::Scene, false, area, &theme, &mut buffer), drawing);
     }
 
     #[test]
     fn the_reason_for_a_missing_picture_is_shown() {
         let mut preview = Preview::default();
-        let wanted = wanted("clusters");
+        let wanted = wanted(FigureKind::Clusters);
         assert!(preview.update(&wanted, || Err("no clusters".into())));
         let mut buffer = Buffer::empty(Rect::new(0, 0, 40, 20));
-        let shown = preview.draw("clusters", false, buffer.area, &theme(Depth::True), &mut buffer);
+        let shown = preview.draw(FigureKind::Clusters, false, buffer.area, &theme(Depth::True), &mut buffer);
         assert_eq!(shown, Err("no clusters".to_owned()));
     }
 }

@@ -24,6 +24,13 @@ impl<'a> Words<'a> {
         Ok(word)
     }
 
+    /// Whether the next word is a keyword, which is then consumed.
+    fn take(&mut self, keyword: &str) -> bool {
+        let is_next = self.peek() == Some(keyword);
+        self.0 = &self.0[usize::from(is_next)..];
+        is_next
+    }
+
     /// The words up to the next of some keywords, each KEY=VALUE.
     fn pairs(&mut self, keywords: &[&str]) -> Result<Vec<(&'a str, &'a str)>, String> {
         let mut pairs = Vec::new();
@@ -85,11 +92,9 @@ pub(super) struct Rest(pub &'static str);
 
 impl Argument<String> for Rest {
     fn read(&self, words: &mut Words<'_>) -> Result<String, String> {
-        let mut text = words.next(self.0)?.to_owned();
-        while let Some(word) = words.peek() {
-            text = text + " " + word;
-            words.next(self.0)?;
-        }
+        let text = words.0.join(" ");
+        words.next(self.0)?;
+        words.0 = &[];
         Ok(text)
     }
 
@@ -160,12 +165,7 @@ const FILE: Place = Place("a file", false);
 
 impl Argument<Target> for Output {
     fn read(&self, words: &mut Words<'_>) -> Result<Target, String> {
-        let path = FILE.read(words)?;
-        let force = words.peek() == Some(FORCE);
-        if force {
-            words.next(FORCE)?;
-        }
-        Ok(Target { path, force })
+        Ok(Target { path: FILE.read(words)?, force: words.take(FORCE) })
     }
 
     fn write(&self, value: &Target) -> String {
@@ -282,11 +282,7 @@ pub(super) struct Keyword<W>(pub &'static str, pub W);
 
 impl<T, W: Argument<T>> Argument<Option<T>> for Keyword<W> {
     fn read(&self, words: &mut Words<'_>) -> Result<Option<T>, String> {
-        if words.peek() != Some(self.0) {
-            return Ok(None);
-        }
-        words.next(self.0)?;
-        self.1.read(words).map(Some)
+        words.take(self.0).then(|| self.1.read(words)).transpose()
     }
 
     fn write(&self, value: &Option<T>) -> String {

@@ -77,16 +77,9 @@ impl Histories {
     }
 }
 
-/// A run whose log is read incrementally.
-#[derive(Debug)]
-struct Followed {
-    log: RunLog,
-    history: History,
-}
-
-/// The logs read so far.
+/// The logs that are read incrementally, with what is known from each.
 #[derive(Debug, Default)]
-struct Logs(HashMap<PathBuf, Followed>);
+struct Logs(HashMap<PathBuf, (RunLog, History)>);
 
 impl Logs {
     /// Reads what is new in the logs of these runs, for about `slice`.
@@ -103,7 +96,7 @@ impl Logs {
                 break;
             }
         }
-        let histories = self.0.iter().map(|(path, followed)| (path.clone(), followed.history.clone())).collect();
+        let histories = self.0.iter().map(|(path, (_, history))| (path.clone(), history.clone())).collect();
         Snapshot { histories, is_new, more: left.next().is_some() }
     }
 
@@ -111,9 +104,9 @@ impl Logs {
     fn read_one(&mut self, path: &Path) -> Option<bool> {
         if !self.0.contains_key(path) {
             let log = RunLog::new(&RunDirectory::open(path).ok()?, EPISODES);
-            self.0.insert(path.to_owned(), Followed { log, history: History::default() });
+            self.0.insert(path.to_owned(), (log, History::default()));
         }
-        let Followed { log, history } = self.0.get_mut(path)?;
+        let (log, history) = self.0.get_mut(path)?;
         let mut is_new = false;
         loop {
             let news = log.read().ok()?;

@@ -44,7 +44,7 @@ fn take_changed(app: &mut App) -> bool {
 
 #[test]
 fn a_message_expires_and_an_error_stays() {
-    let message = |app: &App| app.message.as_ref().map(|(message, _)| message.text.clone());
+    let message = |app: &App| app.message.as_ref().map(|(_, text, _)| text.clone());
     let (mut app, _) = app(empty());
     press(&mut app, "right");
     assert!(message(&app).unwrap().contains("nothing is selected"));
@@ -138,7 +138,7 @@ fn a_tool_that_could_be_placed_is_no_error() {
     let (mut app, asked) = app(empty());
     app.carry_out(vec![Effect::apply(Command::parse("place 0 0.9").unwrap().unwrap())]);
     assert_eq!(*asked.borrow(), ["place 0 0.9"]);
-    assert_eq!(app.message.as_ref().map(|(message, _)| message.level), Some(Level::Good));
+    assert_eq!(app.message.as_ref().map(|(level, ..)| *level), Some(Level::Good));
 }
 
 #[test]

@@ -336,7 +336,7 @@ fn run(name: &str, state: RunState, done: u64) -> RunSummary {
 impl App {
     /// The latest message.
     pub(super) fn message(&self) -> String {
-        self.message.as_ref().map_or_else(String::new, |(message, _)| message.text.clone())
+        self.message.as_ref().map_or_else(String::new, |(_, text, _)| text.clone())
     }
 }
 

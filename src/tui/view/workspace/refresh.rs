@@ -7,8 +7,8 @@ use std::time::Instant;
 use super::super::playback::Episode;
 use super::super::{Live, ViewModel, Watched};
 use super::{SessionWorkspace, Workspace, episode_of};
-use mge_workbench::Session;
 use mge_workbench::listing::Listing;
+use mge_workbench::{Command, Session};
 
 impl SessionWorkspace {
     /// Updates the view from the session and from what was read.
@@ -68,7 +68,7 @@ pub(super) fn view_of(session: &Session, listing: &Listing) -> ViewModel {
         file: session.file().map(Path::to_owned),
         dirty: session.is_dirty(),
         proposed: session.proposed().to_vec(),
-        proposing: session.proposing().map(|progress| (progress.done, progress.total)),
+        proposing: session.job(Command::is_propose).map(|(_, progress)| (progress.done, progress.total)),
         settings: session.config().clone(),
         extends_to: session.extends_to(),
         folder: session.folder().to_owned(),
@@ -83,7 +83,7 @@ pub(super) fn view_of(session: &Session, listing: &Listing) -> ViewModel {
         watched: None,
         hand: session.hand_play().clone(),
         model_work: session.model_work().map(|(name, progress)| (name, progress.share())),
-        forking: session.forking().map(|(command, progress)| (command, progress.share())),
+        forking: session.job(Command::is_fork).map(|(command, progress)| (command.to_string(), progress.share())),
         figures: Vec::new(),
         log: Vec::new(),
         log_total: 0,
