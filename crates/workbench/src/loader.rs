@@ -10,18 +10,11 @@ use super::job::{Job, Reporter};
 #[derive(Debug)]
 pub struct Loader<K, V> {
     bound: usize,
-    /// What was loaded, the latest last.
-    loaded: Vec<Loaded<K, V>>,
+    /// What was loaded and when, the latest last.
+    loaded: Vec<(K, Instant, Result<V, String>)>,
     loading: Option<(K, Instant, Job<V>)>,
     /// How long the latest load took.
     took: Duration,
-}
-
-#[derive(Debug)]
-struct Loaded<K, V> {
-    key: K,
-    value: Result<V, String>,
-    at: Instant,
 }
 
 impl<K: PartialEq, V: Send + 'static> Default for Loader<K, V> {
@@ -44,8 +37,8 @@ impl<K: PartialEq, V: Send + 'static> Loader<K, V> {
         max_age: Duration,
         load: impl FnOnce(&Reporter) -> Result<V, String> + Send + 'static,
     ) {
-        let is_recent = |known: &Loaded<K, V>| known.key == key && known.at.elapsed() <= max_age;
-        if self.loading.is_some() || self.loaded.iter().any(is_recent) {
+        let mut of_key = self.loaded.iter().filter(|(known, ..)| *known == key);
+        if self.loading.is_some() || of_key.any(|(_, at, _)| at.elapsed() <= max_age) {
             return;
         }
         self.loading = Some((key, Instant::now(), Job::spawn(load)));
@@ -58,13 +51,13 @@ impl<K: PartialEq, V: Send + 'static> Loader<K, V> {
 
     /// The value loaded last of the keys that satisfy `which`, with its key.
     pub fn latest(&self, which: impl Fn(&K) -> bool) -> Option<(&K, &Result<V, String>)> {
-        self.loaded.iter().rev().find(|known| which(&known.key)).map(|known| (&known.key, &known.value))
+        self.loaded.iter().rev().find(|(key, ..)| which(key)).map(|(key, _, value)| (key, value))
     }
 
     /// Sets the value of a key that became known otherwise.
     pub fn set(&mut self, key: K, value: Result<V, String>) {
-        self.loaded.retain(|known| known.key != key);
-        self.loaded.push(Loaded { key, value, at: Instant::now() });
+        self.loaded.retain(|(known, ..)| *known != key);
+        self.loaded.push((key, Instant::now(), value));
         self.loaded.drain(..self.loaded.len().saturating_sub(self.bound));
     }
 
@@ -78,7 +71,7 @@ impl<K: PartialEq, V: Send + 'static> Loader<K, V> {
 
     /// Removes the value loaded last, with its key.
     pub fn take(&mut self) -> Option<(K, Result<V, String>)> {
-        self.loaded.pop().map(|latest| (latest.key, latest.value))
+        self.loaded.pop().map(|(key, _, value)| (key, value))
     }
 
     /// Whether something is being loaded.
@@ -90,7 +83,7 @@ impl<K: PartialEq, V: Send + 'static> Loader<K, V> {
     /// that one took.
     pub fn is_rested(&self, pause: Duration, factor: u32) -> bool {
         let pause = pause.max(self.took * factor);
-        self.loaded.last().is_none_or(|latest| latest.at.elapsed() >= pause)
+        self.loaded.last().is_none_or(|(_, at, _)| at.elapsed() >= pause)
     }
 }
 
@@ -133,7 +126,7 @@ mod tests {
         release.send(7).unwrap();
         wait(&mut loader);
         loader.request(1, Duration::from_secs(60), |_| panic!("it is recent"));
-        loader.loaded[0].at -= Duration::from_secs(61);
+        loader.loaded[0].1 -= Duration::from_secs(61);
         loader.request(1, Duration::from_secs(60), |_| Err("gone".to_owned()));
         assert_eq!(loader.get(&1), Some(&Ok(7)), "it is kept until then");
         wait(&mut loader);
@@ -158,7 +151,7 @@ mod tests {
         assert!(loader.is_rested(Duration::from_secs(1), 20));
         loader.set(1, Ok(1));
         assert!(!loader.is_rested(Duration::from_secs(1), 20));
-        loader.loaded[0].at -= Duration::from_secs(2);
+        loader.loaded[0].1 -= Duration::from_secs(2);
         assert!(loader.is_rested(Duration::from_secs(1), 20));
         loader.took = Duration::from_millis(200);
         assert!(!loader.is_rested(Duration::from_secs(1), 20));

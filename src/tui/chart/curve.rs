@@ -119,8 +119,6 @@ fn crosshair(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
 
 #[cfg(test)]
 mod tests {
-    use std::borrow::Cow;
-
     use ratatui::style::Color;
 
     use super::*;
@@ -129,8 +127,8 @@ mod tests {
 
     static EPISODES: std::sync::LazyLock<Vec<u64>> = std::sync::LazyLock::new(|| (1..=100_000).collect());
 
-    fn curve<'a>(name: &str, values: &'a [f32], points: &'a [(u64, f32)]) -> Curve<'a> {
-        let (name, episodes) = (Cow::Owned(name.to_owned()), &EPISODES[..values.len()]);
+    fn curve<'a>(name: &'a str, values: &'a [f32], points: &'a [(u64, f32)]) -> Curve<'a> {
+        let episodes = &EPISODES[..values.len()];
         Curve { name, colour: Color::Red, episodes, values, band: None, smoothing: 1, partial: 0, points }
     }
 

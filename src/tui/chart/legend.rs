@@ -33,11 +33,11 @@ fn entries(plot: &Plot, is_named: bool, area: Rect, most: usize, theme: &Theme) 
         lines[0].push_span(Span::styled(format!("  episode {at:.0}"), theme.faint()));
     }
     let all = plot.curves.iter().filter(|curve| !curve.values.is_empty());
-    let names: BTreeSet<&str> = plot.curves.iter().map(|curve| &*curve.name).collect();
+    let names: BTreeSet<&str> = plot.curves.iter().map(|curve| curve.name).collect();
     let text = |curve: &Curve| {
         let room = NAME.max(usize::from(area.width / 2));
         // What sets the curves apart is kept.
-        let name = short_label(&curve.name, &names, |name| columns::width(name) <= room);
+        let name = short_label(curve.name, &names, |name| columns::width(name) <= room);
         let name = columns::shortened(&name, room, true);
         let value = number(curve.value(plot.crosshair.map(|[x, _]| x)));
         // Below the title, a number alone looks like one of the axis.

@@ -1,7 +1,5 @@
 //! What a chart shows: curves over episodes, or over what has happened by then, and how.
 
-use std::borrow::Cow;
-
 use ratatui::style::Color;
 
 use super::axes::Scale;
@@ -12,7 +10,7 @@ use mge_stats::rolling::finite_means;
 /// A curve.
 pub struct Curve<'a> {
     /// Name in the legend.
-    pub name: Cow<'a, str>,
+    pub name: &'a str,
     /// Its colour.
     pub colour: Color,
     /// Episodes, in order.

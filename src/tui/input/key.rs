@@ -37,6 +37,10 @@ const NAMED: [(&str, KeyCode); 15] = [
     ("pagedown", KeyCode::PageDown),
 ];
 
+/// The modifiers, which are written before a key, each with a hyphen.
+const MODIFIERS: [(&str, KeyModifiers); 3] =
+    [("ctrl", KeyModifiers::CONTROL), ("alt", KeyModifiers::ALT), ("shift", KeyModifiers::SHIFT)];
+
 impl Key {
     /// The canonical form, without shift for characters: it makes letters upper case. With control it has no effect,
     /// because most terminals send the same bytes with and without it.
@@ -75,13 +79,10 @@ impl FromStr for Key {
     fn from_str(text: &str) -> Result<Self, KeyError> {
         let mut modifiers = KeyModifiers::NONE;
         let mut rest = text;
-        while let Some((modifier, after)) =
-            [("ctrl-", KeyModifiers::CONTROL), ("alt-", KeyModifiers::ALT), ("shift-", KeyModifiers::SHIFT)]
-                .into_iter()
-                .find_map(|(prefix, modifier)| Some((modifier, rest.strip_prefix(prefix)?)))
-                .filter(|(_, after)| !after.is_empty())
+        while let Some((before, after)) = rest.split_once('-').filter(|(_, after)| !after.is_empty())
+            && let Some((_, modifier)) = MODIFIERS.iter().find(|(name, _)| *name == before)
         {
-            modifiers |= modifier;
+            modifiers |= *modifier;
             rest = after;
         }
         let mut characters = rest.chars();
@@ -96,11 +97,9 @@ impl FromStr for Key {
 
 impl fmt::Display for Key {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (modifier, prefix) in
-            [(KeyModifiers::CONTROL, "ctrl-"), (KeyModifiers::ALT, "alt-"), (KeyModifiers::SHIFT, "shift-")]
-        {
+        for (name, modifier) in MODIFIERS {
             if self.modifiers.contains(modifier) {
-                f.write_str(prefix)?;
+                write!(f, "{name}-")?;
             }
         }
         match (NAMED.iter().find(|(_, code)| *code == self.code), self.code) {

@@ -142,7 +142,7 @@ impl<'a> Charts<'a> {
         let greedy: Vec<Vec<(u64, f32)>> = greedy.collect();
         let curves = self.shown.iter().zip(&self.names).zip(&self.colours).enumerate();
         let curves = curves.map(|(index, ((shown, name), colour))| Curve {
-            name: name.into(),
+            name,
             colour: *colour,
             episodes: &axes[index].positions,
             values: shown.curves().get(metric),

@@ -357,12 +357,9 @@ impl Command {
 }
 
 fn find_verb(words: &[String]) -> Result<(&'static Verb, &[String]), CommandError> {
-    let starts_with = |verb: &&Verb| {
-        let parts: Vec<&str> = verb.name.split(' ').collect();
-        words.len() >= parts.len() && parts.iter().zip(words).all(|(part, word)| part == word)
-    };
-    // `model train` is not `model` with an argument.
     let parts = |verb: &Verb| verb.name.split(' ').count();
+    let starts_with = |verb: &&Verb| verb.name.split(' ').eq(words.iter().take(parts(verb)));
+    // `model train` is not `model` with an argument.
     if let Some(verb) = verbs().filter(starts_with).max_by_key(|verb| parts(verb)) {
         return Ok((verb, &words[parts(verb)..]));
     }

@@ -29,12 +29,10 @@ pub fn comparable<'a>(runs: &'a [Arc<RunSummary>], task: &str, method: Method, e
 
 /// The medians of the charged actions and seconds of an episode of runs; `None` before any of them has been read.
 pub fn cost_of_an_episode(runs: &[&RunSummary]) -> Option<[f64; 2]> {
-    let of_one =
-        |axis: XAxis| {
-            median(runs.iter().filter_map(|run| {
-                Some(*run.curves.positions(axis).last()? as f64 / *run.curves.episodes().last()? as f64)
-            }))
-        };
+    let of_one = |axis: XAxis| {
+        let last = runs.iter().filter_map(|run| Some((*run.curves.positions(axis).last()?, run.curves.last_episode())));
+        median(last.map(|(position, episode)| position as f64 / episode as f64))
+    };
     Some([of_one(XAxis::Charged)?, of_one(XAxis::Time)? / 1000.0])
 }
 

@@ -104,6 +104,10 @@ impl Workspace for RecordingWorkspace {
         Ok(String::new())
     }
 
+    fn check(&self, _: &[Command]) -> Result<(), String> {
+        Ok(())
+    }
+
     fn request_live(&self) {
         want("an episode".to_owned());
     }

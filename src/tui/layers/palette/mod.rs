@@ -114,10 +114,6 @@ impl CommandPalette {
         Self { found: self.items.clone(), height: u16::MAX, ..self }
     }
 
-    fn selected_item(&self) -> Option<Item> {
-        self.found.get(self.selected?).copied()
-    }
-
     /// Carries out the typed line if it is a command, or else what is selected: chosen with the arrow keys, or named by
     /// the typed text.
     fn choose(&mut self) -> Response {
@@ -181,7 +177,8 @@ impl CommandPalette {
             let text = if is_quoted { shell_words::quote(text) } else { text.into() } + end;
             self.input.replace_from(begun, &text);
             self.search();
-        } else if let Some(verb) = self.selected_item().and_then(|item| item.entry.same_verb()).filter(|_| !is_command)
+        } else if let Some(item) = self.selected.and_then(|selected| self.found.get(selected))
+            && let Some(verb) = item.entry.same_verb().filter(|_| !is_command)
         {
             self.input = TextInput::new(format!("{} ", verb.name));
             self.search();
@@ -463,7 +460,7 @@ mod tests {
         let found = |typed: &str| {
             let mut palette = palette(&[Context::Runs, Context::Everywhere], &[]);
             palette.paste(typed);
-            palette.selected_item().map(|item| item.entry.name)
+            Some(palette.found.get(palette.selected?)?.entry.name)
         };
         assert_eq!((found("q"), found("exit")), (Some("quit"), Some("quit")));
         for (word, name) in [("new", "train"), ("undelete", "restore"), ("settings", "set"), ("history", "screen-log")]

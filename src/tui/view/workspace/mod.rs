@@ -34,9 +34,7 @@ pub trait Workspace {
     ///
     /// # Errors
     /// Why one of them would be refused, in one line.
-    fn check(&self, _commands: &[Command]) -> Result<(), String> {
-        Ok(())
-    }
+    fn check(&self, commands: &[Command]) -> Result<(), String>;
     /// Requests the next finished training episode.
     fn request_live(&self);
     /// The model of the current settings for a task, or why there is none; None while it is being loaded.
@@ -69,9 +67,6 @@ const RECHECK_EPISODES: u64 = 50;
 /// Number of past episodes and of models kept.
 const KEPT: usize = 4;
 
-/// The folder of a run, an episode of it, and the run's progress in units of `RECHECK_EPISODES` episodes.
-type AgentKey = (PathBuf, u64, u64);
-
 /// A session and its view model.
 pub struct SessionWorkspace {
     session: Session,
@@ -87,7 +82,8 @@ pub struct SessionWorkspace {
     model: Loader<(PriorSource, TaskModelConfig, u64, Arc<Task>), TaskModel>,
     /// Past episodes, by the folder of their run and their number.
     episodes: Loader<(PathBuf, u64), Arc<Episode>>,
-    agents: Loader<AgentKey, Arc<SavedAgent>>,
+    /// Agents, by the folder of their run, an episode of it, and its progress in units of `RECHECK_EPISODES` episodes.
+    agents: Loader<(PathBuf, u64, u64), Arc<SavedAgent>>,
     /// Why runs of the folder cannot be read, as far as it was logged.
     damaged: Vec<String>,
     /// When the latest command was carried out.
