@@ -9,7 +9,7 @@ use ratatui::text::Text;
 use ratatui::widgets::Widget;
 
 use super::form::line;
-use super::palette::scorer;
+use super::palette::{ranked, scorer};
 use crate::tui::effect::{Effect, Layer, Response};
 use crate::tui::scene::picture;
 use crate::tui::widgets::columns::{self, shortened};
@@ -106,10 +106,7 @@ impl ToolPalette {
         self.selected = 0;
         // Substrings instead of fuzzy matching: scattered digits would match almost every number.
         let mut score = scorer(self.input.text(), AtomKind::Substring);
-        let scored = self.items.iter().enumerate().filter_map(|(index, item)| Some((score(&item.words)?, index)));
-        let mut scored: Vec<(u32, usize)> = scored.collect();
-        scored.sort_by_key(|(score, _)| std::cmp::Reverse(*score));
-        self.found = scored.into_iter().map(|(_, index)| index).collect();
+        self.found = ranked(0..self.items.len(), |index| score(&self.items[*index].words));
     }
 
     fn chosen(&self) -> Option<&ToolItem> {

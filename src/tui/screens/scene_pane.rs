@@ -26,7 +26,9 @@ pub fn scene_pane(
     regions: &mut HitRegions,
 ) -> Option<Vec<Line<'static>>> {
     let subject = ui.subject;
-    let inside = pane(&title(ui), area, ui.theme, buffer);
+    let run = subject.run().map_or("", |run| &run.name);
+    let title = format!("{} · {}", subject.task.name, subject.episode.title(run));
+    let inside = pane(&title, area, ui.theme, buffer);
     // A past episode has its own task; edits apply to the session's.
     let (task, proposed) = match subject.choice {
         Choice::Past(_) => (subject.task.clone(), Vec::new()),
@@ -98,10 +100,4 @@ fn caption(ui: &Ui, scene: &Scene, frame: &PlaybackFrame, area: Rect, buffer: &m
         }
     }
     buffer.set_stringn(area.x + 2, area.bottom() - 1, shortened(&text, room, false), room, style);
-}
-
-/// Title of the scene: its task and episode.
-fn title(ui: &Ui) -> String {
-    let run = ui.subject.run().map_or("", |run| &run.name);
-    format!("{} · {}", ui.subject.task.name, ui.subject.episode.title(run))
 }

@@ -1,5 +1,8 @@
 //! Completions for the arguments of a command: known names, settings with their ranges, files.
 
+use std::cmp::Reverse;
+
+use super::ranked;
 use crate::tui::view::ViewModel;
 use mge_base::json;
 use mge_base::paths::{expanded, suffix};
@@ -115,13 +118,8 @@ impl Arguments {
 /// The completions that contain a text, without one that is the text; those that begin with it come first.
 pub fn matching(candidates: impl IntoIterator<Item = Value>, typed: &str) -> Vec<Value> {
     let lower = typed.to_lowercase();
-    let mut found: Vec<(usize, Value)> = candidates
-        .into_iter()
-        .filter(|candidate| candidate.text != typed)
-        .filter_map(|candidate| Some((candidate.text.to_lowercase().find(&lower)?.min(1), candidate)))
-        .collect();
-    found.sort_by_key(|(place, _)| *place);
-    found.into_iter().map(|(_, candidate)| candidate).collect()
+    let others = candidates.into_iter().filter(|candidate| candidate.text != typed);
+    ranked(others, |candidate| Some(Reverse(candidate.text.to_lowercase().find(&lower)?.min(1))))
 }
 
 fn schedules() -> Vec<Value> {

@@ -2,8 +2,6 @@
 
 mod arguments;
 
-use std::cmp::Reverse;
-
 use crossterm::event::{KeyCode, KeyEvent};
 use educe::Educe;
 use nucleo_matcher::pattern::{AtomKind, CaseMatching, Normalization, Pattern};
@@ -221,15 +219,13 @@ impl CommandPalette {
         }
         // Scattered letters are found in almost every description.
         let [mut fuzzy, mut part] = [AtomKind::Fuzzy, AtomKind::Substring].map(|kind| scorer(text, kind));
-        let scored = self.items.iter().filter_map(|item| {
+        self.found = ranked(self.items.iter().copied(), |item| {
             let name = item.names().filter_map(&mut fuzzy).max();
             // Each word may be of a name or of the description.
             let words = item.names().chain([item.entry.about()]).collect::<Vec<_>>().join(" ");
-            name.map(|score| 2 * score).max(part(&words)).map(|score| (score, *item))
+            let score = name.map(|score| 2 * score).max(part(&words))?;
+            Some((item.names().any(|name| name == text), score))
         });
-        let mut found: Vec<(u32, Item)> = scored.collect();
-        found.sort_by_key(|(score, item)| (Reverse(item.names().any(|name| name == text)), Reverse(*score)));
-        self.found = found.into_iter().map(|(_, item)| item).collect();
         self.values = self.arguments.lines_with(text);
         self.selected = self.named(text);
     }
@@ -330,6 +326,14 @@ pub fn scorer(typed: &str, kind: AtomKind) -> impl FnMut(&str) -> Option<u32> + 
     let pattern = Pattern::new(typed.trim(), CaseMatching::Ignore, Normalization::Smart, kind);
     let (mut matcher, mut characters) = (Matcher::new(Config::DEFAULT), Vec::new());
     move |text| pattern.score(Utf32Str::new(text, &mut characters), &mut matcher)
+}
+
+/// The items that have a rank, those of the highest first.
+pub fn ranked<T, R: Ord>(items: impl IntoIterator<Item = T>, mut rank: impl FnMut(&T) -> Option<R>) -> Vec<T> {
+    let found = items.into_iter().filter_map(|item| Some((rank(&item)?, item)));
+    let mut found: Vec<(R, T)> = found.collect();
+    found.sort_by(|(a, _), (b, _)| b.cmp(a));
+    found.into_iter().map(|(_, item)| item).collect()
 }
 
 fn begins_with(text: &str, name: &str) -> bool {
