@@ -96,6 +96,7 @@ impl App {
         };
         match self.chosen().as_slice() {
             [run] if is_on_run => self.apply_to(&run.path.clone(), command),
+            [_, _, ..] if is_on_run => Err(fill(&format!("what is typed is for a single run: {}", runs::SINGLE))),
             _ => self.try_apply(command),
         }
     }
@@ -192,11 +193,8 @@ impl App {
         match &self.workspace.view().model_work {
             Some((work, _)) if self.tab == Tab::Models => {
                 let text = format!("{work} ends and its progress is lost.");
-                self.ask(
-                    "stop the training of the model?",
-                    text,
-                    vec![('y', "stop", Effect::apply(command::ModelStop))],
-                );
+                let stop = Effect::apply(command::ModelStop);
+                self.ask("stop the training of the model?", text, vec![('y', "stop", stop)]);
             }
             _ => self.on_chosen(runs::stop),
         }
@@ -337,9 +335,8 @@ impl App {
 
     /// Shows the awaited episode if it has been read.
     pub(super) fn show_awaited(&mut self) -> Result<(), String> {
-        let Some(Awaited { run, number, keeps_step }) = &self.awaited else { return Ok(()) };
-        let Some(episode) = self.workspace.past_episode(run, *number) else { return Ok(()) };
-        let keeps_step = *keeps_step;
+        let Some(&Awaited { ref run, number, keeps_step }) = self.awaited.as_ref() else { return Ok(()) };
+        let Some(episode) = self.workspace.past_episode(run, number) else { return Ok(()) };
         self.awaited = None;
         let episode = episode?;
         let step = self.subject.past_episode().map_or(0, |_| self.screens.scene.player.step());

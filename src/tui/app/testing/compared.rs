@@ -68,4 +68,6 @@ fn differences_of_two_runs_take_a_third_of_the_screen_and_are_shortened() {
     assert!(others.contains("4 to 6 of 6") && others.contains("fork.episode"), "{others}");
     press(&mut app, "+");
     assert_eq!(text(&shot(&mut app, 60, 20)), screen, "after the last page comes the first");
+    press(&mut app, "+ esc + + 5 V");
+    assert_eq!(text(&shot(&mut app, 60, 20)), screen, "a comparison begins with the first page");
 }

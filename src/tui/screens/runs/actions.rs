@@ -10,7 +10,7 @@ use crate::tui::actions::Tab;
 use crate::tui::effect::Effect;
 use crate::tui::layers::Form;
 use crate::tui::view::{Level, RunSummary};
-use mge_run::RunDirectory;
+use mge_run::{Notes, RunDirectory};
 use mge_workbench::{Command, command};
 
 /// What an action does with the selected line.
@@ -70,21 +70,21 @@ pub fn compare(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
         _ => None,
     };
     let show = Effect::call(|app| {
-        app.screens.curves.comparing = true;
+        let curves = &mut app.screens.curves;
+        (curves.comparing, curves.page) = (true, 0);
         app.show(Tab::Training);
     });
     watch.map(|path| Effect::apply(command::Open(path))).into_iter().chain([show]).collect()
 }
 
+/// How to act on a single run.
+pub const SINGLE: &str = "{mark-run} removes a mark, {fold-group} shows the runs of a group";
+
 /// What an action does with a single run; otherwise says that only such can be `done`.
 fn on_single(runs: &[&RunSummary], ui: &Ui, done: &str, act: impl FnOnce(&RunSummary) -> Vec<Effect>) -> Vec<Effect> {
     match runs {
         [run] => act(run),
-        _ => {
-            let remedy = "{mark-run} removes a mark, {fold-group} shows the runs of a group";
-            let text = format!("only a single run can be {done}: {remedy}");
-            vec![Effect::info(ui.text(&text))]
-        }
+        _ => vec![Effect::info(ui.text(&format!("only a single run can be {done}: {SINGLE}")))],
     }
 }
 
@@ -106,9 +106,14 @@ pub fn fork(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
 fn ask(run: &RunSummary, [what, hint]: [&str; 2], text: &str, set: fn(PathBuf, String) -> Command) -> Vec<Effect> {
     let now = |folder: &Path| RunDirectory::at(folder).notes().unwrap_or_default();
     let (folder, before) = (run.path.clone(), now(&run.path));
-    let read = move |text: &str| match now(&folder) {
-        now if now == before => Ok(Effect::apply(set(folder.clone(), text.to_owned()))),
-        now => Err(format!("another program has written `{} {}`: close this and open it again", now.name, now.note)),
+    let read = move |text: &str| {
+        let (folder, before, text) = (folder.clone(), before.clone(), text.to_owned());
+        Ok(Effect::new(move |app| match now(&folder) {
+            now if now == before => app.try_apply(set(folder, text)),
+            Notes { name, note, .. } => {
+                Err(format!("another program has written `{name} {note}`: close this and open it again"))
+            }
+        }))
     };
     vec![Effect::open(Form::prompt(format!("{what} {}", run.name), hint, text, read))]
 }

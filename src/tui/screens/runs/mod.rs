@@ -22,7 +22,7 @@ use ratatui::widgets::Widget;
 use super::pane::{self, hint, pane};
 use super::{HitRegions, Ui};
 use crate::tui::view::{RunGroup, RunSummary, ViewModel};
-pub use actions::{ask_for_filter, compare, edit_note, evaluate, fold, fork, mark, on_line, rename, watch};
+pub use actions::{SINGLE, ask_for_filter, compare, edit_note, evaluate, fold, fork, mark, on_line, rename, watch};
 pub use bulk::{delete, go_on, pause, stop};
 use filter::Filter;
 use line::{Line, LineKey};
