@@ -62,6 +62,21 @@ impl RunGroup {
         let changed = if self.changed > 0 { format!(", {} changed", self.changed) } else { String::new() };
         format!("{} ({}{of_runs}{changed})", self.label, counted(seeds, "seed"))
     }
+
+    /// Adds the statistics of the runs that have `begun`, and the aggregated curves of its `counted` runs, if it has
+    /// several.
+    fn with_statistics(self, begun: &Groups<'_>, runs: &[Arc<RunSummary>], counted: &[usize]) -> Self {
+        if self.runs.len() < 2 {
+            return self;
+        }
+        // There are no statistics until a run has begun.
+        let summary = begun.summary(&self.task, &self.label, &self.label, FINAL, &Bootstrap::default()).ok().flatten();
+        let curves: Vec<(&Curves, bool)> =
+            counted.iter().map(|place| (&*runs[*place].curves, runs[*place].is_solved())).collect();
+        // They have no episodes before half of its runs have been read.
+        let curves = Some(GroupCurves::new(&curves)).filter(|curves| !curves.middle.episodes().is_empty());
+        Self { success: summary.map(|summary| summary.iqm), curves: curves.map(Arc::new), ..self }
+    }
 }
 
 /// Aggregated curves of several runs, as far as at least half of them have got. A run that its success ended keeps its
@@ -83,10 +98,11 @@ impl GroupCurves {
         let mut values = Vec::with_capacity(runs.len());
         let longest = runs.iter().max_by_key(|(run, _)| run.last_episode());
         for episode in longest.map_or(&[][..], |(run, _)| run.episodes()) {
-            // A run that its success ended stays at its end.
-            let end =
-                |(run, is_solved): &(&Curves, bool)| if *is_solved { run.last_episode() as u64 } else { u64::MAX };
-            let at = |run: &(&Curves, bool)| end(run).min(*episode);
+            // A run that its success ended stays at its end. One whose log is not read has reached no episode.
+            let at = |(run, is_solved): &(&Curves, bool)| match is_solved {
+                true => (run.last_episode() as u64).clamp(1, *episode),
+                false => *episode,
+            };
             let reached = runs.iter().filter(|run| run.0.last_episode() as u64 >= at(run)).count();
             if 2 * reached < runs.len() {
                 break;
@@ -234,23 +250,6 @@ fn one_per_seed(places: &[usize], runs: &[Arc<RunSummary>]) -> Vec<usize> {
         }
     }
     furthest.into_values().collect()
-}
-
-impl RunGroup {
-    /// Adds the statistics of the runs that have `begun`, and the aggregated curves of its `counted` runs, if it has
-    /// several.
-    fn with_statistics(self, begun: &Groups<'_>, runs: &[Arc<RunSummary>], counted: &[usize]) -> Self {
-        if self.runs.len() < 2 {
-            return self;
-        }
-        // There are no statistics until a run has begun.
-        let summary = begun.summary(&self.task, &self.label, &self.label, FINAL, &Bootstrap::default()).ok().flatten();
-        let curves: Vec<(&Curves, bool)> =
-            counted.iter().map(|place| (&*runs[*place].curves, runs[*place].is_solved())).collect();
-        // They have no episodes before half of its runs have been read.
-        let curves = Some(GroupCurves::new(&curves)).filter(|curves| !curves.middle.episodes().is_empty());
-        Self { success: summary.map(|summary| summary.iqm), curves: curves.map(Arc::new), ..self }
-    }
 }
 
 /// Minimum pause between two groupings, as a multiple of the time one takes, so that trainings are not slowed down.
@@ -430,6 +429,9 @@ mod tests {
         let all = [(&short, false), (&solved, true), (&other, false)];
         assert_eq!(GroupCurves::new(&all).middle.episodes(), [1, 2, 3], "what its success ended keeps its last value");
         assert_eq!(GroupCurves::new(&[all[0], all[0], all[2]]).middle.episodes(), [1]);
+        let unread = (&Curves::default(), true);
+        assert_eq!(GroupCurves::new(&[all[2], all[1], unread]).middle.episodes(), [1, 2, 3]);
+        assert_eq!(GroupCurves::new(&[all[2], unread, unread]).middle.episodes(), [0; 0], "less than half are read");
     }
 
     #[test]
