@@ -21,15 +21,19 @@ mod tasks;
 mod tests;
 mod usage;
 
+use std::error::Error;
 use std::ffi::OsStr;
 use std::io::{self, Write};
+use std::iter;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::builder::{PathBufValueParser, TypedValueParser, ValueParser};
 use clap::{Arg, FromArgMatches};
 
-use mge_base::paths;
+use mge_base::atomic::parent_of;
+use mge_base::paths::{self, entries};
+use mge_run::{RunDirectory, RunError};
 use mge_trainer::batch::start_global_pool;
 
 use arguments::{Arguments, Command, Dynamics, Env, Puzzles, Selection};
@@ -53,7 +57,7 @@ pub fn run() -> ExitCode {
         Err(error) => {
             let interrupted = error.downcast_ref::<interrupt::Interrupted>();
             let prefix = if interrupted.is_some() { "" } else { "error: " };
-            output::message(format_args!("{prefix}{error}"));
+            output::message(format_args!("{prefix}{error}{}", named_so(&*error).unwrap_or_default()));
             interrupted.map_or(ExitCode::FAILURE, interrupt::Interrupted::status)
         }
     }
@@ -78,7 +82,7 @@ fn adjusted(command: clap::Command) -> clap::Command {
 }
 
 /// Prints the requested help, or the error in the arguments.
-fn print_usage(error: &clap::Error) -> Result<ExitCode, Box<dyn std::error::Error>> {
+fn print_usage(error: &clap::Error) -> Result<ExitCode, Box<dyn Error>> {
     if !error.use_stderr() {
         error.print().and_then(|()| io::stdout().flush()).map_err(output::OutputError::from)?;
         return Ok(ExitCode::SUCCESS);
@@ -101,12 +105,12 @@ fn print_usage(error: &clap::Error) -> Result<ExitCode, Box<dyn std::error::Erro
 }
 
 /// Prints what is wrong with the arguments, in one line.
-fn usage_error(text: &str) -> Result<ExitCode, Box<dyn std::error::Error>> {
+fn usage_error(text: &str) -> Result<ExitCode, Box<dyn Error>> {
     output::message(format_args!("error: {text}"));
     Ok(ExitCode::from(2))
 }
 
-fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>> {
+fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn Error>> {
     let Some(command) = arguments.command else { return runs::workbench(&arguments.workbench) };
     start_global_pool();
     let outcome = match command {
@@ -144,13 +148,24 @@ fn dispatch(arguments: Arguments) -> Result<ExitCode, Box<dyn std::error::Error>
 }
 
 /// Whether the reader of our output has closed the pipe, which is not an error.
-fn is_broken_pipe(error: &(dyn std::error::Error + 'static)) -> bool {
-    let mut cause = Some(error);
-    while let Some(error) = cause {
-        if error.downcast_ref::<std::io::Error>().is_some_and(|io| io.kind() == std::io::ErrorKind::BrokenPipe) {
-            return true;
-        }
-        cause = error.source();
-    }
-    false
+fn is_broken_pipe(error: &(dyn Error + 'static)) -> bool {
+    let is_broken = |io: &io::Error| io.kind() == io::ErrorKind::BrokenPipe;
+    causes(error).any(|error| error.downcast_ref().is_some_and(is_broken))
+}
+
+/// An error and those that have led to it.
+fn causes<'a>(error: &'a (dyn Error + 'static)) -> impl Iterator<Item = &'a (dyn Error + 'static)> {
+    iter::successors(Some(error), |error: &&'a (dyn Error + 'static)| (*error).source())
+}
+
+/// Which run has the name that was taken for that of its folder, if there is no such folder.
+fn named_so(error: &(dyn Error + 'static)) -> Option<String> {
+    let missing = causes(error).find_map(|error| match error.downcast_ref()? {
+        RunError::NotARun(path) if !path.exists() => Some(path),
+        _ => None,
+    })?;
+    let (name, usual) = (missing.file_name()?.to_string_lossy(), runs::usual_folder());
+    let beside = [parent_of(missing), &*usual].into_iter().flat_map(|folder| entries(folder).unwrap_or_default());
+    let run = beside.into_iter().find(|run| RunDirectory::at(run).given_name() == name)?;
+    Some(format!(": the run in {} has that name", run.display()))
 }

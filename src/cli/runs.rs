@@ -88,11 +88,15 @@ pub fn no_such(word: &Path) -> String {
     format!("`{word}` is neither a command nor the folder of a run{}", did_you_mean(commands, &word))
 }
 
+/// The folder of runs where none is given.
+pub fn usual_folder() -> PathBuf {
+    expanded(std::env::var_os("MGE_RUNS").filter(|runs| !runs.is_empty()).unwrap_or_else(|| RUNS.into()))
+}
+
 pub fn train(arguments: &Train) -> Outcome {
     let interrupt = Interrupt::listen()?;
-    let runs = expanded(std::env::var_os("MGE_RUNS").filter(|runs| !runs.is_empty()).unwrap_or_else(|| RUNS.into()));
     // A path, also if it is a name alone.
-    let runs = if arguments.out.is_some() { PathBuf::new() } else { runs };
+    let runs = if arguments.out.is_some() { PathBuf::new() } else { usual_folder() };
     let mut session = Session::on_task(&arguments.task, runs)?;
     let Train { method, seed, episodes, epsilon, model, .. } = arguments;
     let options = [

@@ -25,7 +25,7 @@ pub enum ExperimentError {
     #[error("{origin}: at {problem}")]
     Invalid { origin: String, problem: ValidationError },
     /// A file cannot be read or written, or a folder does not hold the run that it should.
-    #[error(transparent)]
+    #[error("{0}")]
     Run(#[from] RunError),
     /// The training of an agent failed, or an action prior cannot be built.
     #[error(transparent)]

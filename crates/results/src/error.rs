@@ -27,7 +27,7 @@ pub enum ResultsError {
         hint: String,
     },
     /// A file of a run or of the report cannot be read or written.
-    #[error(transparent)]
+    #[error("{0}")]
     Run(#[from] RunError),
     /// A statistic cannot be computed.
     #[error(transparent)]

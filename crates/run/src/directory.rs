@@ -398,5 +398,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let error = RunDirectory::open(folder.path()).unwrap_err().to_string();
         assert!(error.ends_with(" is not a run: it has no config.json"), "{error}");
+        let run = RunDirectory::create(folder.path().join("a"), &1).unwrap();
+        run.change_notes(|notes| notes.name = "best".into()).unwrap();
+        let error = RunDirectory::open(folder.path().join("best")).unwrap_err().to_string();
+        assert!(error.ends_with("best does not exist"), "no other run is read for it: {error}");
     }
 }

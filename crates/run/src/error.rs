@@ -3,12 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use mge_base::atomic::parent_of;
 use mge_base::bounded::in_plain_words;
-use mge_base::paths::entries;
 use thiserror::Error;
-
-use super::RunDirectory;
 
 /// Why a run could not be read or written. Messages name the path and, where possible, a remedy.
 #[derive(Debug, Error)]
@@ -104,15 +100,9 @@ impl RunError {
     }
 }
 
-/// Why a folder is not a run, and which run has the name that users may have taken for that of its folder.
-fn why_not(path: &Path) -> String {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let mut runs = [parent_of(path), Path::new("runs")].into_iter().flat_map(|it| entries(it).unwrap_or_default());
-    match runs.find(|run| !name.is_empty() && RunDirectory::at(run).given_name() == name) {
-        _ if path.exists() => "is not a run: it has no config.json".to_owned(),
-        Some(run) => format!("does not exist: the run in {} has that name", run.display()),
-        None => "does not exist".to_owned(),
-    }
+/// Why a folder is not a run.
+fn why_not(path: &Path) -> &'static str {
+    if path.exists() { "is not a run: it has no config.json" } else { "does not exist" }
 }
 
 fn remedy(error: &io::Error) -> &'static str {

@@ -16,7 +16,7 @@ pub type Result<T, E = TrainerError> = std::result::Result<T, E>;
 #[derive(Debug, thiserror::Error)]
 pub enum TrainerError {
     /// The run's files cannot be used.
-    #[error(transparent)]
+    #[error("{0}")]
     Run(#[from] RunError),
     /// A setting is out of range.
     #[error(transparent)]

@@ -22,7 +22,7 @@ pub enum SessionError {
     #[error(transparent)]
     SettingsFile(#[from] SettingsFileError),
     /// A file of a run, or one that a command writes, cannot be read or written.
-    #[error(transparent)]
+    #[error("{0}")]
     Run(#[from] RunError),
     /// A run cannot be created.
     #[error(transparent)]
