@@ -26,8 +26,8 @@ impl Session {
             return Err(SessionError::Failed(format!("{name}: wait for its end, or end it with `model stop`")));
         }
         let ModelTrain { tools, to, epochs, settings } = command.clone();
-        if !is_listed(&to.path) {
-            let reason = format!("{}: a model's file ends in .safetensors, or has no ending", to.path.display());
+        if to.path.parent() == Some(Path::new(MODELS)) && !is_listed(&to.path) {
+            let reason = format!("{}: a model there ends in .safetensors, or has no ending", to.path.display());
             return Err(SessionError::Failed(reason));
         }
         let (tools, seed) = (tools.to_string(), self.config().seed.to_string());
@@ -48,9 +48,8 @@ impl Session {
 
     /// Cancels the training of a model.
     pub(super) fn stop_model_work(&mut self) -> Result<String, SessionError> {
-        let Some((name, _)) = self.model_work() else {
-            return Err(SessionError::Failed("no dynamics model is being trained".to_owned()));
-        };
+        let none = || SessionError::Failed("no dynamics model is being trained".to_owned());
+        let (name, _) = self.model_work().ok_or_else(none)?;
         self.cancel_jobs(Command::is_model_train);
         Ok(format!("ended: {name}"))
     }
@@ -93,9 +92,9 @@ mod tests {
     #[test]
     fn a_model_is_trained_into_a_new_folder_and_can_be_loaded() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("models/mine.safetensors");
-        let other = run("model train box mine.json 1").unwrap_err().to_string();
-        assert!(other.contains("mine.json: a model's file ends in .safetensors"), "it would not be listed: {other}");
+        let path = folder.path().join("models/mine.bin");
+        let other = run("model train box models/mine.bin 1").unwrap_err().to_string();
+        assert!(other.contains("mine.bin: a model there ends in .safetensors"), "it would not be listed: {other}");
         let line = format!("model train box {} 1\nwait", shell_words::quote(&path.display().to_string()));
         run(&line).unwrap();
         assert!(dynamics::Model::load(&path).is_ok());
