@@ -23,10 +23,9 @@ impl Session {
         let path = command.folder.as_ref().map_or_else(free, |folder| self.setup.place(folder));
         std::fs::create_dir_all(path.parent().unwrap_or(&path)).map_err(mge_run::RunError::io("create", &path))?;
         // Reserves the folder, so that a concurrent fork gets another.
+        let taken = "exists, or is being made: choose another name";
         std::fs::create_dir(&path).map_err(|error| match error.kind() {
-            ErrorKind::AlreadyExists => {
-                SessionError::Failed(format!("{} exists, or is being made: choose another name", path.display()))
-            }
+            ErrorKind::AlreadyExists => SessionError::Failed(format!("{} {taken}", path.display())),
             _ => mge_run::RunError::io("create", &path)(error).into(),
         })?;
         self.warn(&config, &command.changes.iter().map(|(key, _)| key.clone()).collect());

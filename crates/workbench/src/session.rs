@@ -165,11 +165,8 @@ impl Session {
     /// When the session has no run of the number.
     pub(super) fn with_folders(&self, command: Command) -> Result<Command, SessionError> {
         command.with_run_folders(|name| match run_number(name) {
-            Some(number) => {
-                let folder = self.runs.folder_of(number).ok_or_else(|| no_such_run(number))?;
-                Ok(Some(folder.to_owned()))
-            }
-            None if name.exists() => Ok(None),
+            Some(number) => Ok(Some(self.runs.folder_of(number).ok_or_else(|| no_such_run(number))?.to_owned())),
+            None if name.exists() => Ok(Some(self.setup.listed(name))),
             None => Ok(Some(self.setup.folder.join(name)).filter(|folder| folder.exists())),
         })
     }

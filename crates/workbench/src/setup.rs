@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::listing::folder::OF_SWEEP;
 use super::{Command, SessionError, free_name};
-use mge_base::atomic::Target;
+use mge_base::atomic::{Target, parent_of};
 use mge_base::validation::ValidationError;
 use mge_task::{Edit, Editor, Task, file_of, load_regular, save_as};
 use mge_trainer::{RunConfig, check_model};
@@ -46,7 +47,15 @@ impl Setup {
 
     /// Where a new run goes: a name alone is that of a folder in the folder for runs.
     pub fn place(&self, folder: &Path) -> PathBuf {
-        if folder.file_name() == Some(folder.as_os_str()) { self.folder.join(folder) } else { folder.to_owned() }
+        if folder.file_name() == Some(folder.as_os_str()) { self.folder.join(folder) } else { self.listed(folder) }
+    }
+
+    /// The path by which the folder for runs lists a run, which may be written in another way, such as `./runs/a`.
+    pub fn listed(&self, run: &Path) -> PathBuf {
+        let place = parent_of(run).canonicalize().ok();
+        let is_there = |folder: &PathBuf| place.is_some() && folder.canonicalize().ok() == place;
+        let folder = [self.folder.clone(), self.folder.join(OF_SWEEP)].into_iter().find(is_there);
+        folder.zip(run.file_name()).map_or_else(|| run.to_owned(), |(folder, name)| folder.join(name))
     }
 
     /// An unused folder of this name in the folder for runs, with a number appended if needed.
@@ -72,9 +81,8 @@ impl Setup {
                 to.clone()
             }
             (None, Some(file)) if self.was_changed_outside(file) => {
-                let file = file.display();
                 let problem = "was changed by another program: `task FILE` loads it, `save FILE` replaces it";
-                return Err(SessionError::Failed(format!("{file} {problem}")));
+                return Err(SessionError::Failed(format!("{} {problem}", file.display())));
             }
             (None, Some(file)) => own(file),
             (None, None) => {

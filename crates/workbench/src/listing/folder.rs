@@ -13,7 +13,7 @@ use mge_run::{Notes, RunDirectory, RunError, RunState, Stamp};
 use mge_trainer::RunConfig;
 
 /// Where a sweep's folder has its runs.
-const OF_SWEEP: &str = "runs";
+pub(crate) const OF_SWEEP: &str = "runs";
 
 /// Whether a run belongs to a folder of runs, or of a sweep.
 pub(super) fn is_in(run: &Path, folder: &Path) -> bool {

@@ -2,7 +2,7 @@
 
 mod cost;
 mod curves;
-mod folder;
+pub(crate) mod folder;
 mod groups;
 mod histories;
 mod interventions;
