@@ -176,6 +176,13 @@ impl App {
         (screens, Ui { view: workspace.view(), subject, theme })
     }
 
+    /// Changes the state of the screens, and carries out what else is to be done.
+    fn act(&mut self, act: impl FnOnce(&mut Screens, &Ui<'_>) -> Vec<Effect>) {
+        let (screens, ui) = self.screens_and_ui();
+        let effects = act(screens, &ui);
+        self.carry_out(effects);
+    }
+
     /// The contexts in which keys are looked up now, the innermost first.
     fn contexts(&self) -> Vec<Context> {
         // The task can be changed on the Scene screen, too, whose footer does not name these keys.

@@ -41,10 +41,8 @@ impl App {
                 let position = view.nearest(at.0, at.1);
                 // Cells are coarse: an object within half a cell is hit.
                 let reach = scene::REACH.max(42.0 / f32::from(view.area.height.max(1)));
-                let (screens, ui) = self.screens_and_ui();
-                let effects = scene_actions::press(&mut screens.scene, &ui, position, reach);
+                self.act(|screens, ui| scene_actions::press(&mut screens.scene, ui, position, reach));
                 self.drag = self.screens.scene.selected().map(|_| Drag::Object);
-                self.carry_out(effects);
             }
             Some(HitRegion::Schedule(axes)) => {
                 let view = self.workspace.view();
@@ -69,9 +67,7 @@ impl App {
 
     fn move_crosshair(&mut self, axes: &Axes, column: u16) {
         let to = self.episode_at(axes, column);
-        let (screens, ui) = self.screens_and_ui();
-        let effects = training::move_crosshair(&mut screens.curves, &screens.runs, &ui, to);
-        self.carry_out(effects);
+        self.act(|screens, ui| training::move_crosshair(&mut screens.curves, &screens.runs, ui, to));
     }
 
     fn drag_to(&mut self, (column, row): (u16, u16)) -> bool {

@@ -32,11 +32,7 @@ impl App {
                 let (screens, ui) = self.screens_and_ui();
                 change(screens, &ui);
             }
-            Run::Effects(act) => {
-                let (screens, ui) = self.screens_and_ui();
-                let effects = act(screens, &ui);
-                self.carry_out(effects);
-            }
+            Run::Effects(act) => self.act(act),
         }
     }
 
@@ -297,14 +293,12 @@ impl App {
     /// Moves what is selected in a direction: an object, the tool in hand, a point, or the crosshair and the curves.
     pub fn move_by(&mut self, direction: [f32; 2], far: bool) {
         let tab = self.tab;
-        let (screens, ui) = self.screens_and_ui();
-        let effects = match tab {
-            Tab::Scene | Tab::Edit => scene_actions::move_by(&mut screens.scene, &ui, direction, far),
-            Tab::Schedule => schedule::move_by(&mut screens.schedule, &ui, direction, far),
-            Tab::Training => training::move_by(screens, &ui, direction, far),
+        self.act(|screens, ui| match tab {
+            Tab::Scene | Tab::Edit => scene_actions::move_by(&mut screens.scene, ui, direction, far),
+            Tab::Schedule => schedule::move_by(&mut screens.schedule, ui, direction, far),
+            Tab::Training => training::move_by(screens, ui, direction, far),
             _ => Vec::new(),
-        };
-        self.carry_out(effects);
+        });
     }
 
     /// Selects a line of the list on the screen, given the present and the last one.

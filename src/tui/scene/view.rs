@@ -2,6 +2,8 @@
 
 use ratatui::layout::Rect;
 
+use crate::tui::widgets::layout::centred;
+
 /// The normalised positions at the edges of the scene: left and right, bottom and top.
 pub const BOUNDS: [[f32; 2]; 2] = [[-1.0, 1.0]; 2];
 
@@ -17,14 +19,7 @@ impl View {
     /// The largest square in the middle of `within`.
     pub fn fit(within: Rect) -> Self {
         let rows = within.height.min(within.width / 2);
-        let columns = 2 * rows;
-        let area = Rect {
-            x: within.x + (within.width - columns) / 2,
-            y: within.y + (within.height - rows) / 2,
-            width: columns,
-            height: rows,
-        };
-        Self { area }
+        Self { area: centred(2 * rows, rows, within) }
     }
 
     /// The cell of a normalised position, if it is inside.

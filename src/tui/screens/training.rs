@@ -78,15 +78,11 @@ fn shown<'a>(curves: &CurvesState, runs: &Runs, ui: &Ui<'a>) -> Vec<Shown<'a>> {
 pub fn wanted(curves: &CurvesState, runs: &Runs, ui: &Ui) -> Vec<PathBuf> {
     // Each group is added once; a run without a group is added on its own.
     let mut known = HashSet::new();
-    let mut wanted = Vec::new();
-    for run in chosen(curves, runs, ui) {
-        match ui.view.groups.of(&run.path) {
-            Some(group) if known.insert(std::ptr::from_ref(group)) => wanted.extend(group.runs.iter().cloned()),
-            Some(_) => {}
-            None => wanted.push(run.path.clone()),
-        }
-    }
-    wanted
+    let groups = chosen(curves, runs, ui).into_iter().map(|run| match ui.view.groups.of(&run.path) {
+        Some(group) => &*group.runs,
+        None => std::slice::from_ref(&run.path),
+    });
+    groups.filter(|runs| known.insert(runs.as_ptr())).flatten().cloned().collect()
 }
 
 /// Episodes of the longest curve that is shown.

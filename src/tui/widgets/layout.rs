@@ -7,6 +7,12 @@ pub const MIN_SIZE: (u16, u16) = (60, 20);
 /// Width from which panes have room for more columns.
 pub const WIDE: u16 = 100;
 
+/// A box of a size in the middle of an area that has room for it.
+pub fn centred(width: u16, height: u16, within: Rect) -> Rect {
+    let (x, y) = (within.x + (within.width - width) / 2, within.y + (within.height - height) / 2);
+    Rect { x, y, width, height }
+}
+
 /// The area between tabs and a line for messages above the footer.
 pub fn body(area: Rect) -> Rect {
     Rect { y: area.y + 1, height: area.height - 3, ..area }

@@ -13,6 +13,7 @@ use ratatui_image::protocol::Protocol;
 use ratatui_image::protocol::halfblocks::Halfblocks;
 use ratatui_image::{Image, Resize};
 
+use crate::tui::widgets::layout::centred;
 use crate::tui::widgets::theme::{ASCII, Depth, Theme};
 use mge_figures::Figure;
 use mge_guidance::ActionPrior;
@@ -123,8 +124,7 @@ impl Preview {
         if under && matches!(picture, Protocol::Sixel(_) | Protocol::ITerm2(_)) {
             return Ok(());
         }
-        let place =
-            Rect { x: area.x + (area.width - width) / 2, y: area.y + (area.height - height) / 2, width, height };
+        let place = centred(width, height, area);
         Image::new(picture).render(place, buffer);
         if matches!(picture, Protocol::Halfblocks(_)) {
             fit_colours(place, theme, buffer);
