@@ -69,7 +69,8 @@ impl Session {
         }
         config.validate().map_err(SettingError::Range)?;
         let done = run.history().records.len();
-        if done < command.episode as usize {
+        // While its log is being read, that is found when the fork is made.
+        if !run.unread && done < command.episode as usize {
             return Err(SessionError::Failed(format!("{name} has {done} episodes, not {}", command.episode)));
         }
         if config.episodes <= command.episode {
@@ -219,6 +220,11 @@ mod tests {
         assert!(error.contains("other exists, or is being made: choose another name"), "{error}");
         play(&mut session, "wait\nexpect episodes = 13\n");
         assert!(session.job(Command::is_fork).is_none());
+        // Also a run whose log has not been read yet is forked.
+        let mut later = self::session(folder.path());
+        later.apply(fork("open task1-ddpg-uniform-seed0")).unwrap();
+        later.apply(fork("fork 12 in third until 13")).unwrap();
+        play(&mut later, "wait\nexpect episodes = 13\n");
     }
 
     #[test]
