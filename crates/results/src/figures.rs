@@ -49,13 +49,10 @@ pub fn learning_curves(
         for label in &groups.labels {
             let of_group = || groups.indices(task, label).iter().map(|&index| &runs[index]);
             let curves: Vec<&[[f64; 2]]> = of_group().map(points).collect();
-            let last = |curve: &[[f64; 2]]| curve.last().map_or(0.0, |[x, _]| *x);
-            let all = || curves.iter().zip(of_group()).map(|(curve, run)| (last(curve), run.row.is_solved));
-            let longest = all().map(|(own, _)| own).fold(0.0, f64::max);
-            let end =
-                all().filter(|(own, goes_on)| !goes_on || *own == 0.0).map(|(own, _)| own).fold(longest, f64::min);
-            kept |= all().any(|(own, _)| own < end);
-            cut |= against == Against::Episodes && end < longest;
+            let end = common_end(curves.iter().zip(of_group()).map(|(curve, run)| (last(curve), run.row.is_solved)));
+            let lasts = || curves.iter().map(|curve| last(curve));
+            kept |= lasts().any(|last| last < end);
+            cut |= against == Against::Episodes && lasts().any(|last| last > end);
             let x: Vec<f64> = match curves.iter().max_by(|a, b| last(a).total_cmp(&last(b))) {
                 Some(curve) if against == Against::Episodes => curve.iter().map(|[x, _]| *x).collect(),
                 _ => (1..=ACTION_POINTS).map(|n| end * n as f64 / ACTION_POINTS as f64).collect(),
@@ -73,6 +70,18 @@ pub fn learning_curves(
         + if cut { " A curve ends with its shortest run." } else { "" };
     let window = window.get();
     Ok(LearningCurves { measure, against, window, statistics, panels, remark, ..LearningCurves::default() })
+}
+
+/// Where a curve ends; 0 if it has no points.
+fn last(curve: &[[f64; 2]]) -> f64 {
+    curve.last().map_or(0.0, |[x, _]| *x)
+}
+
+/// Where the curve of a group ends, given where that of each run does and whether its success ended it: with the
+/// shortest that was not ended so or has no points, or else with the longest.
+fn common_end(runs: impl Iterator<Item = (f64, bool)> + Clone) -> f64 {
+    let longest = runs.clone().map(|(last, _)| last).fold(0.0, f64::max);
+    runs.filter(|(last, is_solved)| !is_solved || *last == 0.0).map(|(last, _)| last).fold(longest, f64::min)
 }
 
 /// Number of points of a curve against actions.

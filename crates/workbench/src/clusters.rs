@@ -36,12 +36,26 @@ pub(super) struct ClusterStore {
     failed: Option<RolloutInputs>,
 }
 
-/// The inputs of clusters and proposals, of which the last is the seed; when these change, the results are out of date.
-pub(super) type RolloutInputs = (Arc<Task>, PriorSource, TaskModelConfig, GuidanceConfig, u64);
+/// The inputs of clusters and proposals; when these change, the results are out of date.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct RolloutInputs {
+    task: Arc<Task>,
+    source: PriorSource,
+    model: TaskModelConfig,
+    guidance: GuidanceConfig,
+    seed: u64,
+}
+
+impl RolloutInputs {
+    /// Those of a configuration, with this task and source of rollouts.
+    pub fn of(config: &RunConfig, task: Arc<Task>, source: PriorSource) -> Self {
+        Self { task, source, model: config.model, guidance: config.guidance.clone(), seed: config.seed }
+    }
+}
 
 /// The inputs of clusters.
 fn inputs(config: &RunConfig) -> RolloutInputs {
-    (config.task.clone(), config.rollout_source(), config.model, config.guidance.clone(), config.seed)
+    RolloutInputs::of(config, config.task.clone(), config.rollout_source())
 }
 
 fn is_for_the_session(command: &Command) -> bool {

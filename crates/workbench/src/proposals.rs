@@ -15,7 +15,7 @@ use mge_trainer::{RunConfig, required_model};
 fn inputs(config: &RunConfig) -> RolloutInputs {
     // Saving a task changes its name, but not its scene.
     let task = Task { subgoals: Vec::new(), name: String::new(), ..Task::clone(&config.task) };
-    (Arc::new(task), config.prior.clone(), config.model, config.guidance.clone(), config.seed)
+    RolloutInputs::of(config, Arc::new(task), config.prior.clone())
 }
 
 impl Session {

@@ -35,10 +35,15 @@ const FIELDS: [(&str, &str, &str); 9] = [
     ("minutes", "set stop.minutes", "Minutes after which a run stops; it can be continued. None sets no limit."),
     ("name", "", "The folder of the run."),
 ];
-/// Places of some of them.
+/// Their places.
+const METHOD: usize = 0;
+const EPISODES: usize = 1;
 const SEEDS: usize = 2;
+const SEED: usize = 3;
 const EPSILON: usize = 4;
 const MODEL: usize = 5;
+const SUCCESS: usize = 6;
+const MINUTES: usize = 7;
 const NAME: usize = 8;
 
 /// The form, with the settings of the session and a number of seeds.
@@ -86,7 +91,7 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
 /// The settings that the fields say. The schedule is the method's default if another method was chosen, or the field
 /// was emptied.
 fn chosen(before: &RunConfig, texts: &[&str]) -> RunConfig {
-    let mut settings = match texts[0].parse() {
+    let mut settings = match texts[METHOD].parse() {
         Ok(method) if method != before.method => before.with_method(method),
         _ => before.clone(),
     };
@@ -94,15 +99,15 @@ fn chosen(before: &RunConfig, texts: &[&str]) -> RunConfig {
         settings.epsilon = RunConfig::default_for(settings.task.clone(), settings.method).epsilon;
     }
     // What is wrong with a text is told beside it.
-    settings.episodes = texts[1].parse().unwrap_or(settings.episodes);
-    settings.seed = texts[3].parse().unwrap_or(settings.seed);
+    settings.episodes = texts[EPISODES].parse().unwrap_or(settings.episodes);
+    settings.seed = texts[SEED].parse().unwrap_or(settings.seed);
     settings.epsilon = texts[EPSILON].parse().unwrap_or(settings.epsilon);
     if !texts[MODEL].is_empty() {
         settings.prior = PriorSource::from(texts[MODEL].to_owned());
     }
     let limit = |text: &str, now| if text.is_empty() { now } else { text.parse().ok() };
     let StopRule { success, minutes } = settings.stop;
-    settings.stop = StopRule { success: limit(texts[6], success), minutes: limit(texts[7], minutes) };
+    settings.stop = StopRule { success: limit(texts[SUCCESS], success), minutes: limit(texts[MINUTES], minutes) };
     settings
 }
 
