@@ -121,8 +121,7 @@ impl LearningRow {
     pub fn new(config: &RunConfig, history: &RunHistory) -> Self {
         let successes: Vec<bool> = history.records.iter().map(|record| record.goal).collect();
         let last = history.records.last();
-        let reached = |wanted| last.is_some_and(|last| last.rolling_success >= wanted);
-        let is_solved = successes.len() >= WINDOW.get() && config.stop.success.is_some_and(reached);
+        let is_solved = last.is_some_and(|last| config.is_solved(last.episode, last.rolling_success));
         let end = if is_solved { successes.len() as u64 } else { config.episodes.into() };
         let last_tenth = end * 9 / 10;
         let greedy = history.evaluations.iter().filter(|evaluation| evaluation.episode > last_tenth);

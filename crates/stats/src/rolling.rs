@@ -25,12 +25,8 @@ impl RollingRate {
         self.rate()
     }
 
-    /// The rate over `window` episodes; none before there were as many.
-    pub fn of_full(&self, window: NonZeroUsize) -> Option<f64> {
-        (self.recent.len() >= window.get()).then(|| self.rate())
-    }
-
-    fn rate(&self) -> f64 {
+    /// The rate over the latest episodes.
+    pub fn rate(&self) -> f64 {
         let hits = self.recent.iter().filter(|&&success| success).count();
         hits as f64 / self.recent.len() as f64
     }

@@ -170,10 +170,14 @@ impl RunConfig {
         self.stop.success.is_none() && done < u64::from(self.episodes)
     }
 
+    /// Whether its success ends a run after `done` episodes, of the latest of which this share has reached the goal.
+    pub fn is_solved(&self, done: u64, success: f64) -> bool {
+        done >= WINDOW.get() as u64 && self.stop.success.is_some_and(|wanted| success >= wanted)
+    }
+
     /// Whether a run is finished after `episode` episodes, of which these were the last.
     pub fn is_finished(&self, episode: u64, recent: &RollingRate) -> bool {
-        let is_solved = |success| recent.of_full(WINDOW).is_some_and(|rate| rate >= success);
-        episode >= u64::from(self.episodes) || self.stop.success.is_some_and(is_solved)
+        episode >= u64::from(self.episodes) || self.is_solved(episode, recent.rate())
     }
 
     /// Checks all ranges.

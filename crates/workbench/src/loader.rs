@@ -85,6 +85,12 @@ impl<K: PartialEq, V: Send + 'static> Loader<K, V> {
         let pause = pause.max(self.took * factor);
         self.loaded.last().is_none_or(|(_, at, _)| at.elapsed() >= pause)
     }
+
+    /// As if the latest load had taken `took`, and had ended `ago`.
+    #[cfg(test)]
+    pub fn age(&mut self, took: Duration, ago: Duration) {
+        (self.took, self.loaded[0].1) = (took, Instant::now() - ago);
+    }
 }
 
 #[cfg(test)]
@@ -126,7 +132,7 @@ mod tests {
         release.send(7).unwrap();
         wait(&mut loader);
         loader.request(1, Duration::from_secs(60), |_| panic!("it is recent"));
-        loader.loaded[0].1 -= Duration::from_secs(61);
+        loader.age(Duration::ZERO, Duration::from_secs(61));
         loader.request(1, Duration::from_secs(60), |_| Err("gone".to_owned()));
         assert_eq!(loader.get(&1), Some(&Ok(7)), "it is kept until then");
         wait(&mut loader);
@@ -151,9 +157,9 @@ mod tests {
         assert!(loader.is_rested(Duration::from_secs(1), 20));
         loader.set(1, Ok(1));
         assert!(!loader.is_rested(Duration::from_secs(1), 20));
-        loader.loaded[0].1 -= Duration::from_secs(2);
+        loader.age(Duration::ZERO, Duration::from_secs(2));
         assert!(loader.is_rested(Duration::from_secs(1), 20));
-        loader.took = Duration::from_millis(200);
+        loader.age(Duration::from_secs(20), Duration::from_secs(2));
         assert!(!loader.is_rested(Duration::from_secs(1), 20));
     }
 

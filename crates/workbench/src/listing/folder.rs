@@ -166,7 +166,7 @@ pub fn read_run(path: &Path) -> Result<Option<RunSummary>, RunError> {
         made: path.metadata().and_then(|folder| folder.created()).ok(),
         note,
         done: status.last_episode.as_ref().map_or(0, |record| record.episode),
-        success: status.last_episode.map(|record| record.rolling_success as f32),
+        success: status.last_episode.map(|record| record.rolling_success),
         ..RunSummary::new(path, Arc::new(config), status.state)
     }))
 }

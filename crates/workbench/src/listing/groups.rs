@@ -160,8 +160,7 @@ impl Grouping {
     /// Groups runs. The distinguishing settings are reused if `before` is a grouping of the same runs.
     pub fn new(runs: &[Arc<RunSummary>], before: &Self) -> Self {
         let known = if before.is_of(runs) { before.known.clone() } else { Arc::new(Known::new(runs)) };
-        let row =
-            |run: &Arc<RunSummary>| known.rows[&run.path].1.clone().with_progress(run.done, run.success.map(f64::from));
+        let row = |run: &Arc<RunSummary>| known.rows[&run.path].1.clone().with_progress(run.done, run.success);
         let rows: Vec<LearningRow> = runs.iter().map(row).collect();
         let all = Groups::new(&rows);
         let labels: Vec<&str> = all.labels.iter().map(String::as_str).collect();
@@ -298,6 +297,7 @@ fn key_of(runs: &[Arc<RunSummary>]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use mge_run::EpisodeRecord;
     use mge_trainer::RunConfig;
 
     fn run(name: &str, settings: &[(&str, &str)], successes: &[f32]) -> Arc<RunSummary> {
@@ -309,7 +309,7 @@ mod tests {
         let mut curves = Curves::default();
         (1..).zip(successes).for_each(|(episode, success)| curves.push(episode, 0.0, Metric::KEPT.map(|_| *success)));
         let done = successes.len() as u64;
-        let success = successes.last().copied();
+        let success = successes.last().copied().map(f64::from);
         let of_config = RunSummary::new(&path, Arc::new(config), RunState::Finished);
         Arc::new(RunSummary { done, success, curves: Arc::new(curves), ..of_config })
     }
@@ -415,6 +415,18 @@ mod tests {
     }
 
     #[test]
+    fn a_run_is_ended_by_its_success_in_lists_as_in_reports() {
+        let solved = run("a", &[("stop.success", "0.75")], &[0.75; 100]);
+        let cut_off = RunSummary { state: RunState::Interrupted, ..(*solved).clone() };
+        assert!(solved.is_solved() && cut_off.is_solved(), "it was killed before it could say so");
+        assert!(!run("b", &[("stop.success", "0.75")], &[0.75; 99]).is_solved(), "too few episodes to tell");
+        let record = |episode| EpisodeRecord { episode, rolling_success: 0.75, ..EpisodeRecord::default() };
+        let mut history = RunHistory::default();
+        (1..=100).for_each(|episode| history.records.push(record(episode)));
+        assert!(LearningRow::new(&cut_off.config, &history).is_solved);
+    }
+
+    #[test]
     fn thinned_runs_are_aggregated_at_their_common_episodes() {
         let of = |episodes: &[u64]| {
             let mut curves = Curves::default();
@@ -437,8 +449,7 @@ mod tests {
     #[test]
     fn runs_that_have_changed_are_grouped_again_after_a_pause() {
         fn finish(grouper: &mut Grouper, runs: &[Arc<RunSummary>]) -> bool {
-            let since = std::time::Instant::now();
-            while grouper.loader.is_loading() && since.elapsed() < Duration::from_secs(20) {
+            while grouper.loader.is_loading() {
                 if grouper.poll(runs) {
                     return true;
                 }
@@ -452,14 +463,15 @@ mod tests {
         grouper.stale = true;
         grouper.poll(&runs);
         assert!(finish(&mut grouper, &runs) && grouper.known.of(Path::new("runs/a")).is_some());
+        grouper.loader.age(Duration::from_secs(3600), Duration::ZERO);
         Arc::make_mut(&mut runs[4]).done += 1;
         grouper.stale = true;
         grouper.poll(&runs);
         assert!(!grouper.loader.is_loading(), "during the pause");
-        std::thread::sleep(PAUSE);
+        grouper.loader.age(Duration::ZERO, PAUSE);
         grouper.poll(&runs);
         assert!(finish(&mut grouper, &runs));
-        std::thread::sleep(PAUSE);
+        grouper.loader.age(Duration::ZERO, PAUSE);
         grouper.stale = true;
         grouper.poll(&runs);
         assert!(!grouper.loader.is_loading() && !grouper.stale, "the runs are the same");

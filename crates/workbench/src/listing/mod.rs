@@ -180,7 +180,7 @@ impl Listing {
             damaged: run.is_damaged(),
             preparing: run.phase().as_ref().and_then(Phase::preparation),
             done: run.episodes(),
-            success: records.last().map(|record| record.rolling_success as f32),
+            success: records.last().map(|record| record.rolling_success),
             note: on_disk.map(|known| known.note.clone()).unwrap_or_default(),
             ..RunSummary::new(path, run.config().clone(), state)
         };

@@ -43,7 +43,7 @@ pub struct RunSummary {
     /// Number of finished episodes.
     pub done: u64,
     /// Share of the latest episodes that reached the goal, if known.
-    pub success: Option<f32>,
+    pub success: Option<f64>,
     /// One value per episode for every metric, as far as they have been read.
     pub curves: Arc<Curves>,
     /// When its folder was made, if that is known.
@@ -110,7 +110,7 @@ impl RunSummary {
 
     /// Whether its success ended it.
     pub fn is_solved(&self) -> bool {
-        self.state == RunState::Finished && self.config.stop.success.is_some() && self.done < self.episodes()
+        self.success.is_some_and(|success| self.config.is_solved(self.done, success))
     }
 
     /// Its state in one word.

@@ -330,7 +330,7 @@ fn run(name: &str, state: RunState, done: u64) -> RunSummary {
         opened: true,
         active: state == RunState::Running,
         done,
-        success: Some(done as f32 / 2000.0),
+        success: Some(done as f64 / 2000.0),
         curves: Arc::new(curves),
         evaluations: vec![(100, 0.0), (600, 1.0)],
         ..RunSummary::new(&PathBuf::from("runs").join(name), Arc::new(empty().settings), state)

@@ -95,7 +95,7 @@ impl<'a> Line<'a> {
     /// Success rate; a group's is the interquartile mean, if all its runs are listed.
     pub fn success(&self) -> Option<f64> {
         match self {
-            Self::Run(run, _) => run.success.map(f64::from),
+            Self::Run(run, _) => run.success,
             Self::Group(group, runs) if runs.len() < group.runs.len() => None,
             Self::Group(group, _) => group.success.map(|success| success.value),
         }

@@ -155,7 +155,7 @@ fn on_the_runs_screen_the_selected_run_is_paused_and_stopped() {
 
 /// Three runs, the latest last: finished, running and failed.
 fn three() -> ViewModel {
-    let run = |name: &str, state: RunState, done: u64, success: Option<f32>| {
+    let run = |name: &str, state: RunState, done: u64, success: Option<f64>| {
         Arc::new(RunSummary { state, done, success, ..crate::tui::testing::run_summary(name) })
     };
     let runs = vec![
