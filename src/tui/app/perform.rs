@@ -131,6 +131,9 @@ impl App {
         let [is_schedule, is_task] = [matches!(command, Command::Epsilon(_)), matches!(command, Command::Task(_))];
         let is_training = matches!(command, Command::Train(_));
         let report = self.workspace.apply(command)?;
+        if !report.is_empty() {
+            self.workspace.log(Level::Info, report.clone());
+        }
         if is_schedule {
             self.screens.schedule.discard();
         }

@@ -83,8 +83,9 @@ impl App {
             _ => command::Set { key, value }.into(),
         });
         for command in task.into_iter().chain(settings).collect::<Vec<Command>>() {
-            if let Err(error) = self.workspace.apply(command) {
-                self.warn(Level::Warning, &format!("not as in the last session: {error}"));
+            match self.workspace.apply(command) {
+                Ok(report) => self.workspace.log(Level::Info, report),
+                Err(error) => self.warn(Level::Warning, &format!("not as in the last session: {error}")),
             }
         }
         self.choose_subject(None, false);

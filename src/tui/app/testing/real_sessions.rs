@@ -160,6 +160,21 @@ fn wait_until(app: &mut App, condition: impl Fn(&mut App) -> bool) {
 }
 
 #[test]
+fn a_command_on_a_run_that_is_not_watched_logs_its_own_outcome_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = RunConfig::new(Arc::new(mge_task::load("task1").unwrap()));
+    RunDirectory::create(folder.path().join("other"), &config).unwrap();
+    let mut app = workbench("task1", folder.path(), &SHORT);
+    press(&mut app, "5");
+    wait_until(&mut app, |app| seen(app).contains("other"));
+    let before = app.workspace.view().log.len();
+    press(&mut app, "/ o t h e r enter x");
+    let log: Vec<&str> = app.workspace.view().log[before..].iter().map(|line| &*line.text).collect();
+    assert!(log.len() == 1 && log[0].starts_with("other is not being trained"), "{log:?}");
+    assert_eq!(app.subject.run().unwrap().name, "task1-ddpg-seed0", "it is still watched");
+}
+
+#[test]
 fn a_failure_in_the_background_is_reported_logged_and_shown() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = workbench("task1", folder.path(), &["set prior nowhere.safetensors"]);
@@ -182,7 +197,7 @@ fn figures_notes_and_models_are_up_to_date() {
     for _ in 0..2 {
         let lines = app.workspace.view().log_total;
         apply(&mut app, &figure);
-        wait_until(&mut app, |app| app.workspace.view().log_total > lines + 1);
+        wait_until(&mut app, |app| app.workspace.view().log_total > lines);
     }
     assert_eq!(app.workspace.view().figures.len(), 1);
     let run = app.workspace.view().runs[0].path.display().to_string();

@@ -25,7 +25,7 @@ pub trait Workspace {
     fn view(&self) -> &ViewModel;
     /// Takes over results of background work. True if the view model has changed.
     fn poll(&mut self) -> bool;
-    /// Carries out a command and returns a message.
+    /// Carries out a command and returns a message. Only an error is logged.
     ///
     /// # Errors
     /// What is wrong, in one line.
@@ -238,10 +238,8 @@ impl Workspace for SessionWorkspace {
         if changes_folder {
             self.listing.is_due = true;
         }
-        match &outcome {
-            Ok(report) if report.is_empty() => {}
-            Ok(report) => self.log(Level::Info, report.clone()),
-            Err(error) => self.log(Level::Error, error.clone()),
+        if let Err(error) = &outcome {
+            self.log(Level::Error, error.clone());
         }
         self.refresh();
         outcome
