@@ -114,7 +114,7 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("zoom-out", "Z", "", "", "show more episodes", Change(|s, ui| training::zoom(s, ui, 2.0, None))),
         ("whole-range", "0", "", "", "show all episodes", Change(|s, _| s.curves.range = Range::Whole)),
         ("next-axis", "X", "", "", "draw against episodes, actions, charged actions, or the time of training", Change(|s, _| s.curves.axis = XAxis::ALL[(s.curves.axis as usize + 1) % XAxis::ALL.len()])),
-        ("more-differences", "+", "", "", "show further settings in which two compared runs differ", Change(|s, _| s.curves.page += 1)),
+        ("more-differences", "+", "", "", "show further settings in which two compared runs differ", Change(|s, _| s.runs.page += 1)),
         ("fold-curves", "tab", "fold", "", "show runs that differ in the seed as one curve with its quartiles, or each", Change(|s, _| s.curves.folded ^= true)),
     ]),
     (Runs, &[

@@ -21,8 +21,6 @@ pub struct CurvesState {
     pub selected: Metric,
     /// What the curves are drawn against. Windows and the crosshair are of episodes.
     pub axis: XAxis,
-    /// The page of the settings in which two compared runs differ, counted on beyond the last one.
-    pub page: usize,
     /// Whether only the selected curve is shown.
     pub alone: bool,
     /// Whether several runs are shown, not only the watched one.

@@ -129,7 +129,7 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
         return hint(&nothing(curves, ui), inside, ui.theme, buffer);
     }
     let inside = match pair(curves, marked, ui) {
-        Some(pair) => differences(pair, curves.page, inside, ui, buffer),
+        Some(pair) => differences(pair, marked.page, inside, ui, buffer),
         None => inside,
     };
     let order = if matches!(*shown, [Shown::Group(..), Shown::Run(..)]) { "group / run: " } else { "" };

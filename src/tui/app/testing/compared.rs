@@ -70,4 +70,6 @@ fn differences_of_two_runs_take_a_third_of_the_screen_and_are_shortened() {
     assert_eq!(text(&shot(&mut app, 60, 20)), screen, "after the last page comes the first");
     press(&mut app, "+ esc + + 5 V");
     assert_eq!(text(&shot(&mut app, 60, 20)), screen, "a comparison begins with the first page");
+    press(&mut app, "+ 5 space space 4");
+    assert_eq!(text(&shot(&mut app, 60, 20)), screen, "so do other marks");
 }

@@ -35,6 +35,7 @@ pub fn watch(_: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
 /// Marks or unmarks the runs of a line.
 pub fn mark(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
     let runs = line.runs();
+    state.page = 0;
     if runs.iter().all(|run| state.is_marked(run)) {
         runs.iter().for_each(|run| _ = state.marked.remove(&run.path));
         return Vec::new();
@@ -62,6 +63,7 @@ pub fn fold(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
 
 /// Shows the marked runs together, or else those of a line. If there are two, one is watched, to show its episodes.
 pub fn compare(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
+    state.page = 0;
     if state.marked.is_empty() {
         state.marked.extend(line.runs().iter().map(|run| run.path.clone()));
     }
@@ -70,8 +72,7 @@ pub fn compare(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
         _ => None,
     };
     let show = Effect::call(|app| {
-        let curves = &mut app.screens.curves;
-        (curves.comparing, curves.page) = (true, 0);
+        app.screens.curves.comparing = true;
         app.show(Tab::Training);
     });
     watch.map(|path| Effect::apply(command::Open(path))).into_iter().chain([show]).collect()

@@ -44,6 +44,8 @@ pub struct Runs {
     /// Runs whose group is shown with its runs one by one.
     unfolded: HashSet<PathBuf>,
     marked: HashSet<PathBuf>,
+    /// The page of the settings in which two marked runs differ, counted on beyond the last one, until the marks change.
+    pub page: usize,
 }
 
 /// Width from which a preview fits beside the list.
@@ -89,6 +91,7 @@ impl Runs {
             self.filter = Filter::default();
             return true;
         }
+        self.page = 0;
         !std::mem::take(&mut self.marked).is_empty()
     }
 
