@@ -37,6 +37,9 @@ pub struct RunConfig {
     /// Episodes to train.
     #[educe(Default = 2000)]
     pub episodes: u32,
+    /// The episodes of the run before it was first extended, of which `noise_decay.share` is a share; none if it was not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub extended_from: Option<u32>,
     /// When to end before.
     pub stop: StopRule,
     /// Schedule of the epsilon threshold; see [`Method::uses`].
@@ -156,8 +159,13 @@ impl RunConfig {
     /// changes.
     #[must_use]
     pub fn extended(self, episodes: u32) -> Self {
-        let noise_decay = self.noise_decay.extended(self.episodes, episodes);
-        Self { noise_decay, episodes, stop: StopRule { success: None, ..self.stop }, ..self }
+        let extended_from = Some(self.extended_from.unwrap_or(self.episodes)).filter(|from| *from != episodes);
+        Self { extended_from, episodes, stop: StopRule { success: None, ..self.stop }, ..self }
+    }
+
+    /// Scale of the exploration noise in an episode, counted from 0.
+    pub fn noise_scale(&self, episode: u32) -> f32 {
+        self.noise_decay.scale(episode, self.extended_from.unwrap_or(self.episodes))
     }
 
     /// Whether [`extended`](Self::extended) lets a run with this configuration play on.

@@ -27,7 +27,8 @@ impl RunConfig {
         if before.task != self.task {
             tasks.push(PastTask { until: episode, task: before.task.clone() });
         }
-        Self { fork: Some(Fork { run: run.to_owned(), episode, changes, tasks }), ..self }
+        let extended_from = self.extended_from.filter(|_| self.episodes == before.episodes);
+        Self { extended_from, fork: Some(Fork { run: run.to_owned(), episode, changes, tasks }), ..self }
     }
 
     /// The configuration with the schedule that was set last during the training, given the events of its log; None if

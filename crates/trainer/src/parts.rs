@@ -38,18 +38,8 @@ pub struct NoiseDecay {
 impl NoiseDecay {
     /// Scale of the noise in an episode, counted from 0, of a run of `episodes` episodes.
     pub fn scale(&self, episode: u32, episodes: u32) -> f32 {
-        (1.0 - episode as f32 / self.span(episodes)).max(self.final_scale)
-    }
-
-    /// Number of episodes after which the scale would be 0.
-    fn span(&self, episodes: u32) -> f32 {
-        (self.share * episodes as f32).round().max(1.0)
-    }
-
-    /// The same scale in every episode, for a run whose number of episodes is raised.
-    #[must_use]
-    pub fn extended(self, from: u32, to: u32) -> Self {
-        if self.final_scale >= 1.0 || from == to { self } else { Self { share: self.span(from) / to as f32, ..self } }
+        let until = (self.share * episodes as f32).round().max(1.0);
+        (1.0 - episode as f32 / until).max(self.final_scale)
     }
 }
 

@@ -215,7 +215,7 @@ impl Training {
         let threshold = self.threshold();
         let needs = self.needs();
         let mean_need = if needs.is_empty() { 1.0 } else { needs.iter().sum::<f32>() / needs.len() as f32 };
-        self.learner.noise.scale = self.config.noise_decay.scale(episode, self.config.episodes);
+        self.learner.noise.scale = self.config.noise_scale(episode);
         self.hold_or_release();
         self.learner.start_episode();
         let mut observation = self.env.reset(&mut self.progress.streams.environment);
