@@ -137,7 +137,7 @@ impl Display {
             match event {
                 Event::Input(input) => app.event(input?),
                 Event::Quit(signal) => return Ok(Some(signal)),
-                Event::Suspend => self.screen.suspend().map(|()| app.redraw())?,
+                Event::Suspend => self.screen.suspend(&app.standing_still()).map(|()| app.redraw())?,
                 Event::Continue => self.screen.reenter().map(|()| app.redraw())?,
             }
             if app.is_leaving() || started.elapsed() > IDLE {

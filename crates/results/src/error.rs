@@ -26,6 +26,14 @@ pub enum ResultsError {
         /// A suggestion of the nearest one.
         hint: String,
     },
+    /// Several runs of a figure have the chosen name.
+    #[error("several runs are called `{name}`: give one by its label, {labels}")]
+    SharedName {
+        /// The text given.
+        name: String,
+        /// The labels of the runs.
+        labels: String,
+    },
     /// A file of a run or of the report cannot be read or written.
     #[error("{0}")]
     Run(#[from] RunError),

@@ -25,11 +25,15 @@ pub const HELD: Score = |row| row.efficiency.held_success;
 /// The label with this text in a legend, or this label itself.
 ///
 /// # Errors
-/// [`ResultsError::NoLabel`].
+/// [`ResultsError::NoLabel`], [`ResultsError::SharedName`].
 pub(super) fn label_of(legend: &[(String, String)], text: &str) -> Result<String, ResultsError> {
-    let by = |is: fn(&(String, String)) -> &String| legend.iter().find(|entry| is(entry) == text);
-    if let Some((label, _)) = by(|(label, _)| label).or(by(|(_, shown)| shown)) {
-        return Ok(label.clone());
+    let called = |is: fn(&(String, String)) -> &str| -> Vec<&str> {
+        legend.iter().filter(|entry| is(entry) == text).map(|(label, _)| &**label).collect()
+    };
+    match (&called(|(label, _)| label)[..], &called(|(_, shown)| shown)[..]) {
+        ([label, ..], _) | ([], [label]) => return Ok((*label).to_owned()),
+        ([], []) => {}
+        ([], labels) => return Err(ResultsError::SharedName { name: text.to_owned(), labels: labels.join("; ") }),
     }
     let mut known: Vec<&str> = legend.iter().map(|(_, shown)| &**shown).collect();
     known.sort_unstable();
@@ -191,6 +195,16 @@ mod tests {
             efficiency: Efficiency { auc, final_success: auc, ..Efficiency::default() },
             ..LearningRow::default()
         }
+    }
+
+    #[test]
+    fn a_name_that_two_curves_share_is_not_guessed() {
+        let legend = [("DDPG", "mine"), ("DDPG, ddpg.gamma 0.9", "mine"), ("open loop", "other")];
+        let legend = legend.map(|(label, shown)| (label.to_owned(), shown.to_owned()));
+        let of = |text| label_of(&legend, text).map_err(|error| error.to_string());
+        assert_eq!([of("DDPG"), of("other")], [Ok("DDPG".to_owned()), Ok("open loop".to_owned())]);
+        let shared = "several runs are called `mine`: give one by its label, DDPG; DDPG, ddpg.gamma 0.9";
+        assert_eq!(of("mine"), Err(shared.to_owned()));
     }
 
     #[test]

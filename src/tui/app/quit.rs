@@ -5,11 +5,18 @@ use std::path::Path;
 use super::unsaved::new_file;
 use super::{App, QuitState};
 use crate::tui::effect::Effect;
+use crate::tui::layers::some_of;
 use crate::tui::view::Level;
 use mge_run::RunState;
 use mge_workbench::command::Save;
 
 impl App {
+    /// What stands still while the process does, in words; empty if nothing does.
+    pub fn standing_still(&self) -> String {
+        let names: Vec<String> = self.workspace.view().training_runs().map(|run| run.name.clone()).collect();
+        if names.is_empty() { String::new() } else { some_of(names.into_iter()) + ": not trained until `fg`" }
+    }
+
     /// Leaves the workbench; asks first if something would be lost or stopped. Does nothing while a question is open.
     /// A wait for the end of all runs goes on, unless it is ended by its answer.
     pub fn quit(&mut self) {

@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::Text;
-use ratatui::widgets::Widget;
+use ratatui::widgets::{Clear, Widget};
 
 use super::pane::{level_style, lines};
 use super::{HitRegion, HitRegions, Screens, Ui, figures, log, models, runs, schedule, training, workbench};
@@ -44,8 +44,8 @@ pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffe
     tabs(ui, chrome.tab, Rect { height: 1, ..area }, buffer, &mut regions);
     let message = message(ui, screens, chrome, area);
     let rows = message.height() as u16;
-    let body = Rect { height: body(area).height + 1 - rows, ..body(area) };
-    message.render(Rect { y: body.bottom(), height: rows, ..area }, buffer);
+    // A second line covers the lower frame of the panels, so that they stay as they are.
+    let body = Rect { height: body(area).height - if rows > 2 { rows - 1 } else { 0 }, ..body(area) };
     match chrome.tab {
         Tab::Scene => workbench::draw(ui, screens, body, buffer, &mut regions),
         Tab::Edit => workbench::draw_edit(ui, &screens.scene, body, buffer, &mut regions),
@@ -56,6 +56,9 @@ pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffe
         Tab::Figures => figures::draw(screens, ui, chrome.covered, body, buffer, &mut regions),
         Tab::Log => log::draw(&screens.lists, ui, body, buffer),
     }
+    let below = Rect { y: area.bottom() - 1 - rows, height: rows, ..area };
+    Clear.render(below, buffer);
+    message.render(below, buffer);
     footer(ui, screens, chrome, Rect { y: area.bottom() - 1, height: 1, ..area }, buffer, &mut regions);
     regions
 }

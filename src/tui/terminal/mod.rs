@@ -107,13 +107,16 @@ impl Screen {
         execute!(io::stdout(), Print(notification(how, text)))
     }
 
-    /// Restores the terminal and stops the process until the shell continues it. Where no shell could (the process group
-    /// is orphaned) the process goes on.
+    /// Restores the terminal, says what stands still, if anything, and stops the process until the shell continues it.
+    /// Where no shell could (the process group is orphaned) the process goes on.
     ///
     /// # Errors
     /// When the terminal cannot be written to.
-    pub fn suspend(&mut self) -> io::Result<()> {
+    pub fn suspend(&mut self, standing_still: &str) -> io::Result<()> {
         leave();
+        if !standing_still.is_empty() {
+            writeln!(io::stdout(), "mge: {standing_still}")?;
+        }
         // SIGTSTP has a handler, and SIGSTOP would stop an orphan for good. SIGTTIN has its default action, which is to
         // stop, but which the system discards in an orphaned process group.
         signal_hook::low_level::raise(signal_hook::consts::SIGTTIN)?;

@@ -40,6 +40,12 @@ fn a_run_that_has_ended_does_not_keep_a_command_from_the_others() {
 #[test]
 fn a_message_takes_at_most_a_third_of_the_screen_and_covers_nothing() {
     let (mut app, _) = app(typical());
+    let mut panels = |text_shown: &str| {
+        app.show_message(Level::Error, text_shown.to_owned());
+        text(&shot(&mut app, 80, 24)).lines().take(21).map(str::to_owned).collect::<Vec<_>>()
+    };
+    let still = panels("short");
+    assert!(panels(&"two lines ".repeat(12)) == still && panels(&"three lines ".repeat(16)) != still);
     app.show_message(Level::Error, "a long reason ".repeat(75));
     let screen = text(&shot(&mut app, 80, 24));
     let rows = screen.lines().filter(|line| line.contains("a long reason")).count();

@@ -171,6 +171,11 @@ fn title(state: &Runs, ui: &Ui, is_reading: bool) -> String {
     }
     if !state.filter.text.is_empty() {
         title = format!("{title} · with `{}`, esc shows all", state.filter.text);
+        let unread = |run: &&Arc<RunSummary>| run.done > 0 && run.curves.last_episode() == 0;
+        let unread = ui.view.runs.iter().filter(|_| state.filter.needs_curves()).filter(unread).count();
+        if unread > 0 {
+            title = format!("{title} · not known of {unread}, whose logs are not read");
+        }
     }
     if state.by_success {
         title += " · by success";

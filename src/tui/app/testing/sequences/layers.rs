@@ -30,7 +30,9 @@ fn the_palette_finds_actions_and_layers_close_one_by_one() {
 fn suspending_is_a_request_to_the_terminal() {
     let (mut app, _) = app(empty());
     press(&mut app, "ctrl-z");
-    assert_eq!(app.request.take(), Some(TerminalRequest::Suspend));
+    assert_eq!((app.request.take(), app.standing_still()), (Some(TerminalRequest::Suspend), String::new()));
+    let (training, _) = super::app(typical());
+    assert_eq!(training.standing_still(), "task1-ddpg-mge-seed0: not trained until `fg`");
 }
 
 #[test]

@@ -132,6 +132,9 @@ fn runs_are_found_by_cost_and_speed_once_their_curves_are_read() {
     let all = wanted().into_iter().any(|what| what.contains("guided-0") && what.contains("plain-2"));
     assert!(all, "also those that the filter hides");
     check(grouped(), "5 / s p e e d > 2 0 enter", &[], "No run matches this filter");
+    let mut view = grouped();
+    change_run(&mut view, 1, |run| run.curves = Arc::default());
+    check(view, "5 / s p e e d > 2 0 enter", &[], "not known of 1, whose logs are not read");
 }
 
 #[test]
