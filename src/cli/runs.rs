@@ -12,6 +12,7 @@ use serde_json::json;
 use super::arguments::{Arguments, Delete, Evaluate, Export, Figures, Fork, Rename, Resume, Script, Train, Workbench};
 use super::interrupt::Interrupt;
 use super::output::{self, Outcome};
+use super::run_named;
 use super::session::{RUNS, Viewer, follow, perform, use_folder};
 use crate::tui;
 use mge_agent::Ddpg;
@@ -81,11 +82,12 @@ pub fn is_unknown(word: &Path) -> bool {
 }
 
 /// Says that a word is neither a command nor a run.
-pub fn no_such(word: &Path) -> String {
-    let word = word.display().to_string();
+pub fn no_such(path: &Path) -> String {
+    let word = path.display().to_string();
     let program = Arguments::command();
     let commands = program.get_subcommands().map(clap::Command::get_name);
-    format!("`{word}` is neither a command nor the folder of a run{}", did_you_mean(commands, &word))
+    let hint = run_named(path).unwrap_or_else(|| did_you_mean(commands, &word));
+    format!("`{word}` is neither a command nor the folder of a run{hint}")
 }
 
 /// The folder of runs where none is given.

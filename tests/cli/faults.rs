@@ -397,6 +397,9 @@ fn an_extended_run_can_be_repeated_from_its_start() {
     same.extend(["--set", "noise_decay.share=0.375"]);
     succeed(mge(&folder, same));
     assert_eq!(metrics(&folder.path().join("same")), whole);
+    let report = succeed(mge(&folder, ["compare", "run", "same"]));
+    let row = |key: &str| report.lines().find(|line| line.contains(key)).map(|line| line.split_whitespace().collect());
+    assert_eq!(row("extended_from"), Some(vec!["extended_from", "30"]), "{report}");
 }
 
 #[test]

@@ -106,6 +106,7 @@ fn a_run_is_renamed_and_gets_the_name_of_its_folder_back() {
     for command in commands {
         fail(mge(here, command), "the best does not exist: the run in runs/a has that name");
     }
+    fail(mge(here, ["the best"]), "neither a command nor the folder of a run: the run in runs/a has that name");
     let compared = succeed(mge(here, ["compare", "runs/a", "runs/b"]));
     assert!(compared.lines().nth(1).is_some_and(|line| line.starts_with("name ") && line.contains("the best")));
     succeed(mge(here, ["report", "runs/a", "runs/b", "--out", "report"]));

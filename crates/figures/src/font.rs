@@ -1,5 +1,6 @@
 //! The bundled typefaces, the only fonts that figures use. System fonts are never looked up.
 
+use std::collections::BTreeSet;
 use std::sync::{Arc, LazyLock};
 
 use resvg::usvg::fontdb::{Database, Source};
@@ -44,6 +45,12 @@ pub static FONTS: LazyLock<Arc<Database>> = LazyLock::new(|| {
     }
     Arc::new(fonts)
 });
+
+/// The letters of `text` that the typefaces lack, each once.
+pub fn lacking(text: &str) -> String {
+    let is_drawn = |letter: char| letter.is_control() || FACES[0].glyph_index(letter).is_some();
+    text.chars().filter(|letter| !is_drawn(*letter)).collect::<BTreeSet<char>>().into_iter().collect()
+}
 
 /// Width of `text` in em, shaped as the renderer shapes it.
 pub fn width(text: &str, family: Family, bold: bool) -> f64 {

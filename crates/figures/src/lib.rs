@@ -55,7 +55,7 @@ pub use canvas::{Canvas, Pen, TextFormat, svg};
 pub use curves::{Against, CurvePanel, LearningCurves, Success};
 pub use data::{Curve, Statistics, text_of};
 pub use error::FigureError;
-pub use font::Family;
+pub use font::{Family, lacking};
 pub use geometry::{Rect, tool_outline};
 pub use hits::{HitBars, PolicyHits, TaskHits};
 pub use launches::{Launches, ToolLaunches};

@@ -21,7 +21,7 @@ use mge_base::paths::{entries, expanded};
 use mge_base::spelling::unknown;
 use mge_base::sync::lock;
 use mge_base::text::counted;
-use mge_figures::{Against, LearningCurves, PlotStyle, Success, text_of};
+use mge_figures::{Against, LearningCurves, PlotStyle, Success, lacking, text_of};
 use mge_run::{RunDirectory, RunHistory, RunState, config_hash};
 use mge_stats::Bootstrap;
 use mge_stats::rolling::rolling_mean;
@@ -235,7 +235,9 @@ impl Composition {
         let remark = left.unwrap_or_default() + &curves.remark;
         let figure =
             LearningCurves { legend, reference: asked.reference, style, known, smooth: self.smooth, remark, ..curves };
-        Ok(Composed { remark: figure.remark.clone(), figure, seeds, config_hash })
+        let boxes = lacking(&figure.legend.iter().map(|(_, shown)| &**shown).collect::<String>());
+        let boxes = if boxes.is_empty() { boxes } else { format!(" The typeface lacks {boxes}: empty boxes.") };
+        Ok(Composed { remark: format!("{}{boxes}", figure.remark), figure, seeds, config_hash })
     }
 
     /// The composition with the labels of the chosen curves and of the reference, of which it may have the texts in a

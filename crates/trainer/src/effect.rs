@@ -40,7 +40,9 @@ impl Method {
             "guidance" => self.has_clusters(),
             "prior" | "model" => (self.has_clusters() || self.consults_model()) && self.fixed_source().is_none(),
             "planner" => self == Self::Planning,
-            "ddpg" | "noise_decay" | "extended_from" | "hold_tolerance" | "mastered_update_interval" | "evaluation" => self.learns(),
+            "ddpg" | "noise_decay" | "extended_from" | "hold_tolerance" | "mastered_update_interval" | "evaluation" => {
+                self.learns()
+            }
             _ => true,
         }
     }
@@ -77,7 +79,11 @@ fn without_effect(config: &RunConfig, path: &str) -> Option<String> {
         ),
         (&["hold_tolerance", "mastered_update_interval"], !by_need, "epsilon does not depend on need"),
         (&["noise_decay", "extended_from", "ddpg.ou"], !is_noisy, "epsilon leaves no share to the noise"),
-        (&["noise_decay.share", "extended_from"], config.noise_decay.final_scale >= 1.0, "`noise_decay.final_scale` is 1"),
+        (
+            &["noise_decay.share", "extended_from"],
+            config.noise_decay.final_scale >= 1.0,
+            "`noise_decay.final_scale` is 1",
+        ),
         (&["ddpg.imitation.weight"], config.ddpg.imitation.share == 0.0, "`ddpg.imitation.share` is 0"),
         (&["practice.enough"], config.practice.rollouts == 0, "`practice.rollouts` is 0"),
         (&["refinement.least", "refinement.most"], refinement.every == 0, "`refinement.every` is 0"),

@@ -180,7 +180,11 @@ fn thresholds_and_noise_follow_the_episode() {
         let long = short.clone().extended(to);
         assert_eq!(long.episodes, to);
         for episode in (0..to).step_by(to as usize / 7) {
-            assert_eq!(short.noise_scale(episode), long.noise_scale(episode), "episode {episode} of a run extended from {from} to {to}");
+            assert_eq!(
+                short.noise_scale(episode),
+                long.noise_scale(episode),
+                "episode {episode} of a run extended from {from} to {to}"
+            );
         }
     }
 }

@@ -155,6 +155,8 @@ mod tests {
         assert_eq!((figure.panels[0].curves.len(), &*figure.known), (1, &["DDPG".to_owned(), label.to_owned()][..]));
         let alone = text(&mut session, "curve=DDPG");
         assert!(!alone.contains("uniform"), "{alone}");
+        let foreign = drawn(&session, &options(&["curve=DDPG", "name=Größe 测试 ★"])).unwrap().remark;
+        assert!(foreign.ends_with("The typeface lacks 测试: empty boxes."), "{foreign}");
         let named = drawn(&session, &options(&["runs=nowhere"])).err().unwrap();
         assert!(named.contains("nowhere"), "{named}");
         let error = drawn(&session, &options(&["curve=DPDG"])).err().unwrap();
