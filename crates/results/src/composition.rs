@@ -22,7 +22,7 @@ use mge_base::spelling::unknown;
 use mge_base::sync::lock;
 use mge_base::text::counted;
 use mge_figures::{Against, LearningCurves, PlotStyle, Success, lacking, text_of};
-use mge_run::{RunDirectory, RunHistory, RunState, config_hash};
+use mge_run::{RunDirectory, RunError, RunHistory, RunState, config_hash};
 use mge_stats::Bootstrap;
 use mge_stats::rolling::rolling_mean;
 use mge_trainer::RunConfig;
@@ -215,16 +215,23 @@ impl Composition {
         let config_hash = config_hash(&configs);
         let mut seeds: Vec<u64> = configs.iter().map(|config| config.seed).collect();
         seeds.dedup();
-        let mut runs: Vec<TrainedRun> = runs.into_iter().map(|run| run.trained).collect();
-        if let Some(points) = NonZeroUsize::new(self.smooth) {
-            runs.iter_mut().for_each(|run| smooth(run, points));
-        }
+        let drawn = |mut run: FoundRun| {
+            let mut points = self.smooth;
+            if self.style.x.is_some() {
+                run.refine(&mut points)?;
+            }
+            if let Some(points) = NonZeroUsize::new(points) {
+                smooth(&mut run.trained, points);
+            }
+            Ok(run.trained)
+        };
+        let runs = runs.into_iter().map(drawn).collect::<Result<Vec<TrainedRun>, RunError>>()?;
         let bootstrap = &Bootstrap::default();
-        let shown = (runs, self.against, self.success);
+        let shown = (runs, self.against, self.success, self.style.x);
         let kept = lock(reader).curves.take().filter(|(known, _)| *known == shown);
         let curves = match kept {
             Some((_, curves)) => curves,
-            None => learning_curves(&shown.0, bootstrap, self.success, self.against)?,
+            None => learning_curves(&shown.0, bootstrap, self.success, self.against, self.style.x)?,
         };
         lock(reader).curves = Some((shown, curves.clone()));
         let text = |(label, name): &(String, Option<String>)| {
@@ -306,23 +313,52 @@ mod tests {
     use super::*;
     use mge_run::{EpisodeRecord, Event, RunWriter};
 
-    #[test]
-    fn another_style_does_not_resample_the_curves() {
+    /// A folder with a run of 2000 episodes whose success rises by a thousandth each, after some of them.
+    fn run_after(episodes: u64) -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         let config = RunConfig::new(Arc::new(mge_task::load("task1").unwrap()));
         let directory = RunDirectory::create(folder.path().join("a"), &config).unwrap();
         let mut writer = RunWriter::open(&directory, 0).unwrap();
-        for episode in 1..=20 {
-            let record = EpisodeRecord { episode, environment_steps: episode, ..EpisodeRecord::default() };
+        for episode in 1..=episodes {
+            let rolling_success = episode as f64 / 1000.0;
+            let record =
+                EpisodeRecord { episode, environment_steps: episode, rolling_success, ..EpisodeRecord::default() };
             writer.record(&Event::EpisodeFinished(record)).unwrap();
         }
+        folder
+    }
+
+    #[test]
+    fn a_curve_has_as_many_points_as_there_are_episodes_to_see() {
+        let points = |episodes: u64, options: &str| {
+            let folder = run_after(episodes);
+            let options = format!("runs={} {options}", folder.path().display());
+            let options = options.split_whitespace().map(|option| option.split_once('=').unwrap());
+            let composition = Composition::default().with_options(options).unwrap();
+            let drawn = composition.figure(&Mutex::default(), &mut |_, _| ()).unwrap();
+            let curve = &drawn.figure.panels[0].curves[0];
+            (curve.x.len(), curve.x[0], curve.x.last().copied(), curve.y.last().copied())
+        };
+        assert_eq!(points(2000, ""), (100, 20.0, Some(2000.0), Some(2.0)));
+        assert_eq!(points(2000, "x=0:200"), (100, 2.0, Some(200.0), Some(0.2)));
+        assert_eq!(points(2000, "x=100:600 against=actions"), (101, 100.0, Some(600.0), Some(0.6)));
+        assert_eq!(points(450, ""), (90, 5.0, Some(450.0), Some(0.45)), "not finished");
+        // The mean of 5 points that are 20 episodes apart, and of 50 that are 2 apart.
+        assert_eq!(points(200, "smooth=5").3.map(|y| (1000.0 * y).round()), Some(196.0));
+        let smoothed = |options| points(2000, options).3.map(|y| (1000.0 * y).round());
+        assert_eq!([smoothed("smooth=5"), smoothed("smooth=5 x=0:2000")], [Some(1960.0), Some(1951.0)]);
+    }
+
+    #[test]
+    fn another_style_does_not_resample_the_curves() {
+        let folder = run_after(20);
         let reader = Mutex::new(RunReader::default());
         let first = |option: (&str, &str)| {
             let runs = ("runs", folder.path().to_str().unwrap());
             let composition = Composition::default().with_options([runs, option]).unwrap();
             composition.figure(&reader, &mut |_, _| ()).unwrap().figure.panels[0].curves[0].y[0]
         };
-        assert_eq!(first(("font", "9")), 0.0);
+        assert_eq!(first(("font", "9")), 0.001);
         // Marks the kept curves by a value that is not in the files.
         lock(&reader).curves.as_mut().unwrap().1.panels[0].curves[0].y[0] = 0.77;
         assert_eq!([first(("height", "200")), first(("against", "actions"))], [0.77, 0.0]);
@@ -343,7 +379,8 @@ mod tests {
         let last = |points| {
             let mut runs = [run(0, [0.0, 1.0]), run(1, [1.0, 0.0])];
             runs.iter_mut().for_each(|run| smooth(run, NonZeroUsize::new(points).unwrap()));
-            let figure = learning_curves(&runs, &Bootstrap::default(), Success::Training, Against::Episodes).unwrap();
+            let figure =
+                learning_curves(&runs, &Bootstrap::default(), Success::Training, Against::Episodes, None).unwrap();
             let curve = &figure.panels[0].curves[0];
             [curve.low[2], curve.y[2], curve.high[2]]
         };

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::curve::height;
 use super::groups::{AREA, Groups};
-use super::row::{EVALUATIONS, LearningRow, TrainedRun};
+use super::row::{CURVE_POINTS, EVALUATIONS, LearningRow, TrainedRun};
 use mge_figures::{
     Against, Curve, CurvePanel, LearningCurves, MethodScore, MethodScores, ScorePanel, Statistics, Success,
 };
@@ -25,7 +25,8 @@ type Points = fn(&TrainedRun) -> &[[f64; 2]];
 
 /// Interquartile mean of the rolling success over seeds, of training or, against episodes, of the greedy evaluations, as
 /// far as the shortest run of a group; one that its success ended keeps its last value as far as the longest. Against
-/// actions, the success of a run is 0 before its first point.
+/// actions, the success of a run is 0 before its first point. The points are those in the `shown` part of the axis, if one
+/// is given.
 ///
 /// # Errors
 /// When a statistic cannot be computed.
@@ -34,6 +35,7 @@ pub fn learning_curves(
     bootstrap: &Bootstrap,
     measure: Success,
     against: Against,
+    shown: Option<[f64; 2]>,
 ) -> Result<LearningCurves, StatsError> {
     let (window, points): (_, Points) = match (against, measure) {
         (Against::Episodes, Success::Training) => (WINDOW, |run| &run.training),
@@ -53,11 +55,17 @@ pub fn learning_curves(
             let lasts = || curves.iter().map(|curve| last(curve));
             kept |= lasts().any(|last| last < end);
             cut |= against == Against::Episodes && lasts().any(|last| last > end);
-            let x: Vec<f64> = match curves.iter().max_by(|a, b| last(a).total_cmp(&last(b))) {
+            let [from, to] = shown.map_or([0.0, end], |[from, to]| [from.max(0.0), to.min(end)]);
+            let mut x: Vec<f64> = match curves.iter().max_by(|a, b| last(a).total_cmp(&last(b))) {
                 Some(curve) if against == Against::Episodes => curve.iter().map(|[x, _]| *x).collect(),
-                _ => (1..=ACTION_POINTS).map(|n| end * n as f64 / ACTION_POINTS as f64).collect(),
+                _ => (0..=CURVE_POINTS).map(|n| from + (to - from) * n as f64 / CURVE_POINTS as f64).collect(),
             };
-            let x: Vec<f64> = x.into_iter().filter(|x| 0.0 < *x && *x <= end).collect();
+            x.retain(|x| 0.0 < *x && from <= *x && *x <= to);
+            if shown.is_some() {
+                let (count, every) = (x.len(), x.len().div_ceil(CURVE_POINTS + 1).max(1));
+                let mut left = (0..count).rev();
+                x.retain(|_| left.next().is_some_and(|left| left.is_multiple_of(every)));
+            }
             if !x.is_empty() {
                 seeds.push(curves.len());
                 panel.curves.push(summary_curve(label, x, &curves, bootstrap)?);
@@ -83,9 +91,6 @@ fn common_end(runs: impl Iterator<Item = (f64, bool)> + Clone) -> f64 {
     let longest = runs.clone().map(|(last, _)| last).fold(0.0, f64::max);
     runs.filter(|(last, is_solved)| !is_solved || *last == 0.0).map(|(last, _)| last).fold(longest, f64::min)
 }
-
-/// Number of points of a curve against actions.
-const ACTION_POINTS: usize = 100;
 
 /// Area under the curve of every method on every task and, if all methods were trained on
 /// several tasks, over these. The reference is the method with that label, or else the usual baseline.
@@ -190,7 +195,7 @@ mod tests {
         let mut runs = [run(0, true, &[[1.0, 0.8]]), run(1, true, &[[1.0, 0.0], [2.0, 0.4], [3.0, 0.8]])];
         let bootstrap = Bootstrap { resamples: 10, ..Bootstrap::default() };
         let drawn = |runs: &[TrainedRun], against| {
-            let figure = learning_curves(runs, &bootstrap, Success::Training, against).unwrap();
+            let figure = learning_curves(runs, &bootstrap, Success::Training, against, None).unwrap();
             (figure.panels[0].curves[0].clone(), figure.remark)
         };
         let (curve, remark) = drawn(&runs, Against::Episodes);
@@ -228,7 +233,7 @@ mod tests {
             run("ddpg-uniform", 0, &[[100.0, 0.5], [200.0, 1.0]], 1000.0),
         ];
         let bootstrap = Bootstrap { resamples: 10, ..Bootstrap::default() };
-        let figure = learning_curves(&runs, &bootstrap, Success::Training, Against::Charged).unwrap();
+        let figure = learning_curves(&runs, &bootstrap, Success::Training, Against::Charged, None).unwrap();
         let [plain, charged] = &figure.panels[0].curves[..] else { panic!("two curves: {figure:?}") };
         // As far as the shorter run: both have begun to learn.
         let at = |curve: &Curve, x: f64| curve.y[curve.x.iter().position(|at| (at - x).abs() < 1e-9).unwrap()];
@@ -238,7 +243,7 @@ mod tests {
         assert_eq!((charged.x.last(), at(charged, 1200.0)), (Some(&1200.0), 1.0));
         assert_eq!(at(charged, 996.0), 0.0, "nothing is reached before training begins");
         assert_eq!(figure.against, Against::Charged);
-        let own = learning_curves(&runs, &bootstrap, Success::Training, Against::Actions).unwrap();
+        let own = learning_curves(&runs, &bootstrap, Success::Training, Against::Actions, None).unwrap();
         assert_eq!((own.panels[0].curves[1].x.last(), own.against), (Some(&200.0), Against::Actions));
     }
 }

@@ -37,6 +37,13 @@ impl FoundRun {
     pub fn name(&self) -> String {
         RunDirectory::at(&self.path).name()
     }
+
+    /// Reads more points of its curves; those of a moving average of `smooth` points become as many more.
+    pub(super) fn refine(&mut self, smooth: &mut usize) -> Result<(), RunError> {
+        let history = RunHistory::read(&RunDirectory::at(&self.path))?;
+        self.trained = self.trained.clone().refined(&self.config, &history, smooth);
+        Ok(())
+    }
 }
 
 /// The folders of the runs in `folders`, without duplicates. Each of `folders` is a run itself, or holds runs
@@ -114,7 +121,7 @@ impl ReadRuns {
 }
 
 /// What the curves of a figure show.
-type CurvesOf = (Vec<TrainedRun>, Against, Success);
+type CurvesOf = (Vec<TrainedRun>, Against, Success, Option<[f64; 2]>);
 
 /// Reads runs, caching those that have not changed.
 #[derive(Debug, Default)]

@@ -82,7 +82,7 @@ pub fn report(
         methods.panels.drain(..groups.tasks.len());
     }
     let curves = |success, against| {
-        let curves = learning_curves(&runs, bootstrap, success, against)?;
+        let curves = learning_curves(&runs, bootstrap, success, against, None)?;
         Ok::<_, ResultsError>(match is_pooled {
             true => LearningCurves { statistics: over_tasks(&groups), ..curves },
             false => LearningCurves { legend: groups.legend(), ..curves },

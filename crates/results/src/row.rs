@@ -82,7 +82,9 @@ pub struct TrainedRun {
 }
 
 /// Maximum number of points of a learning curve.
-const CURVE_POINTS: usize = 100;
+pub(super) const CURVE_POINTS: usize = 100;
+/// Maximum number of points of a learning curve of which a part is shown.
+const FINE_POINTS: usize = 1000;
 /// Maximum number of points of the curve of greedy evaluations.
 const GREEDY_POINTS: usize = 1000;
 /// Number of greedy evaluations averaged in a point, as a single one is often 0 or 1.
@@ -91,9 +93,25 @@ pub(super) const EVALUATIONS: NonZeroUsize = NonZeroUsize::new(10).unwrap();
 impl TrainedRun {
     /// The run with this configuration and history.
     pub fn new(config: &RunConfig, history: &RunHistory) -> Self {
-        // Runs of a group have points at the same episodes, including unfinished ones.
-        let every = history.records.len().max(config.episodes as usize).div_ceil(CURVE_POINTS).max(1);
+        Self::with_points(config, history, CURVE_POINTS)
+    }
+
+    /// The same run with more points, between which the moving averages of `smooth` points span as much.
+    pub(super) fn refined(self, config: &RunConfig, history: &RunHistory, smooth: &mut usize) -> Self {
+        let fine = Self::with_points(config, history, FINE_POINTS);
+        // A single point is not smoothed.
+        if *smooth > 1 {
+            *smooth *= fine.training.len().div_ceil(self.training.len().max(1));
+        }
+        Self { row: self.row, ..fine }
+    }
+
+    fn with_points(config: &RunConfig, history: &RunHistory, points: usize) -> Self {
         let row = LearningRow::new(config, history);
+        // Finished runs of a group have points at the same episodes, whether or not their success ended them.
+        let is_unfinished = row.episodes < config.episodes.into() && !row.is_solved;
+        let planned = if is_unfinished { 0 } else { config.episodes as usize };
+        let every = history.records.len().max(planned).div_ceil(points).max(1);
         // And the last episode of a run that its success ended.
         let last = row.episodes;
         let is_shown = |episode: u64| episode.is_multiple_of(every as u64) || (row.is_solved && episode == last);

@@ -61,11 +61,15 @@ pub(super) fn write_figures(
     draw("figure5", bars.statistics.seeds, &bars)?;
     let (fixed, noisy) = (&results.fixed, &results.noisy);
     let trainings = fixed.iter().map(|run| run.row.seed).collect::<BTreeSet<u64>>().len();
-    draw("figure6", trainings, &learning_curves(fixed, bootstrap, Success::Training, Against::Episodes)?)?;
-    draw("figure6-greedy", trainings, &learning_curves(fixed, bootstrap, Success::Greedy, Against::Episodes)?)?;
+    draw("figure6", trainings, &learning_curves(fixed, bootstrap, Success::Training, Against::Episodes, None)?)?;
+    draw("figure6-greedy", trainings, &learning_curves(fixed, bootstrap, Success::Greedy, Against::Episodes, None)?)?;
     draw("methods", trainings, &method_scores(&report.learning, bootstrap, None)?)?;
-    draw("noisy-starts", trainings, &learning_curves(noisy, bootstrap, Success::Training, Against::Episodes)?)?;
-    draw("noisy-starts-charged", trainings, &learning_curves(noisy, bootstrap, Success::Training, Against::Charged)?)?;
+    draw("noisy-starts", trainings, &learning_curves(noisy, bootstrap, Success::Training, Against::Episodes, None)?)?;
+    draw(
+        "noisy-starts-charged",
+        trainings,
+        &learning_curves(noisy, bootstrap, Success::Training, Against::Charged, None)?,
+    )?;
     draw("noisy-starts-methods", trainings, &method_scores(&report.noisy_starts, bootstrap, None)?)
 }
 
