@@ -200,11 +200,14 @@ impl RunView {
         if waits {
             self.read_to_end(&mut changed, &mut events);
             is_over = has_ended;
-        } else if let Some((news, has_ended, name)) = self.log.poll(self.is_active(), has_ended) {
-            changed |= self.name != name;
-            self.name = name;
-            let more = self.follow(news, &mut changed, &mut events);
-            is_over = has_ended && !more;
+        } else if let Some(part) = self.log.poll(self.is_active(), has_ended) {
+            let more = self.follow(part.news, &mut changed, &mut events);
+            is_over = part.has_ended && !more;
+            changed |= self.name != part.name;
+            self.name = part.name;
+            if let Some(config) = part.config.filter(|config| *config != *self.saved.config) {
+                (self.saved.config, changed) = (Arc::new(config), true);
+            }
         }
         self.take_outcome(is_over, changed, events)
     }

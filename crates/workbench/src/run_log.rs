@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use mge_guidance::ActionPrior;
 use mge_run::{EventReader, Poll, RunDirectory, RunHistory};
 use mge_task::Task;
-use mge_trainer::saved_prior;
+use mge_trainer::{RunConfig, saved_prior};
 
 use super::job::Job;
 
@@ -32,16 +32,19 @@ pub struct RunLog {
     read_at: Instant,
 }
 
-/// A part of a log.
+/// A part of a log, and what another process may have changed in the folder of the run until it was read.
 #[derive(Debug)]
 pub struct Part {
-    news: Result<Poll, String>,
+    /// The part, or why it cannot be read.
+    pub news: Result<Poll, String>,
     /// The reader after it.
     reader: EventReader,
     /// The training had ended before it was read.
-    has_ended: bool,
-    /// The name of the run then.
-    name: String,
+    pub has_ended: bool,
+    /// The name of the run.
+    pub name: String,
+    /// Its configuration, unless that cannot be read.
+    pub config: Option<RunConfig>,
 }
 
 impl RunLog {
@@ -70,29 +73,26 @@ impl RunLog {
         Ok(news)
     }
 
-    /// The part that was read in the background, if there is one, whether the training had ended before, and the name of
-    /// the run. Begins to read the next part if it is time to: often if the run `is_active`, and at once if its training
-    /// `has_ended`.
-    pub fn poll(&mut self, is_active: bool, has_ended: bool) -> Option<(Result<Poll, String>, bool, String)> {
-        let mut found = None;
-        if let Some(job) = self.reading.take_if(|job| job.is_finished())
-            && let Ok(Part { news, reader, has_ended, name }) = job.result()
-        {
-            self.reader = reader;
-            if let Ok(news) = &news {
+    /// The part that was read in the background, if there is one. Begins to read the next part if it is time to: often if
+    /// the run `is_active`, and at once if its training `has_ended`.
+    pub fn poll(&mut self, is_active: bool, has_ended: bool) -> Option<Part> {
+        let finished = self.reading.take_if(|job| job.is_finished());
+        let found = finished.and_then(|job| job.result().ok());
+        if let Some(Part { news, reader, .. }) = &found {
+            self.reader = reader.clone();
+            if let Ok(news) = news {
                 self.follow(news);
             }
-            found = Some((news, has_ended, name));
         }
-        let more = matches!(&found, Some((Ok(news), ..)) if news.more);
-        let is_last = !more && matches!(&found, Some((_, true, _)));
+        let more = matches!(&found, Some(Part { news: Ok(news), .. }) if news.more);
+        let is_last = !more && matches!(&found, Some(Part { has_ended: true, .. }));
         let is_due = more || (has_ended && !is_last) || self.read_at.elapsed() >= READ_EVERY[usize::from(!is_active)];
         if is_due && self.reading.is_none() {
             let (mut reader, run) = (self.reader.clone(), self.run.clone());
             self.read_at = Instant::now();
             self.reading = Some(Job::spawn(move |_| {
                 let news = reader.poll().map_err(|error| error.to_string());
-                Ok(Part { news, reader, has_ended, name: run.name() })
+                Ok(Part { news, reader, has_ended, name: run.name(), config: RunConfig::of(&run).ok() })
             }));
         }
         found
@@ -121,7 +121,6 @@ mod tests {
 
     use super::*;
     use mge_run::{EpisodeRecord, Event, RunWriter};
-    use mge_trainer::RunConfig;
 
     fn make(folder: &Path) -> RunDirectory {
         let config = RunConfig::new(Arc::new(mge_task::load("task1").unwrap()));
@@ -131,7 +130,7 @@ mod tests {
     /// Begins a read that is due.
     fn poll(log: &mut RunLog) -> Option<Poll> {
         log.read_at -= Duration::from_secs(1);
-        log.poll(false, false).map(|(news, ..)| news.unwrap())
+        log.poll(false, false).map(|part| part.news.unwrap())
     }
 
     #[test]

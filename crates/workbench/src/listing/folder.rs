@@ -131,7 +131,7 @@ impl Folder {
         let changed = match (&run, &known.run) {
             (Some(new), Some(old)) => {
                 let shown = |run: &RunSummary| (run.done, run.state.clone(), run.name.clone(), run.note.clone());
-                shown(new) != shown(old)
+                shown(new) != shown(old) || new.config != old.config
             }
             (None, None) => damage != known.damage,
             _ => true,
@@ -220,6 +220,8 @@ mod tests {
         assert_eq!(scan(&mut folder, directory.path()), Some(vec![named("a", 7)]));
         first.change_notes(|notes| notes.note = "paper".to_owned()).unwrap();
         assert!(scan(&mut folder, directory.path()).is_some(), "a note is news");
+        first.replace_config(&RunConfig::of(&first).unwrap().extended(3000)).unwrap();
+        assert!(scan(&mut folder, directory.path()).is_some(), "so is another number of episodes");
         finish(&make(directory.path(), "b"), 3);
         assert_eq!(scan(&mut folder, directory.path()), Some(vec![named("a", 7), named("b", 3)]));
         std::fs::remove_dir_all(directory.path().join("a")).unwrap();

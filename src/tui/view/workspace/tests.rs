@@ -187,6 +187,9 @@ fn what_another_process_does_to_an_opened_run_is_seen() {
     let run = RunDirectory::open(workspace.view.runs[0].path.clone()).unwrap();
     run.change_notes(|notes| notes.name = "renamed".to_owned()).unwrap();
     poll_until(&mut workspace, |workspace| names(workspace) == ["renamed"]);
+    run.replace_config(&RunConfig::of(&run).unwrap().extended(5)).unwrap();
+    poll_until(&mut workspace, |workspace| workspace.view.runs[0].episodes() == 5);
+    assert_eq!(workspace.view.watched.as_ref().unwrap().run.episodes(), 5);
     std::fs::remove_dir_all(run.path()).unwrap();
     poll_until(&mut workspace, |workspace| workspace.view.runs.is_empty() && workspace.view.watched.is_none());
 }
