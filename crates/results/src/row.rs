@@ -165,12 +165,6 @@ impl LearningRow {
             ..Self::default()
         }
     }
-
-    /// The same row with another number of episodes and latest rolling success.
-    #[must_use]
-    pub fn with_progress(self, episodes: u64, success: Option<f64>) -> Self {
-        Self { episodes, efficiency: Efficiency { final_success: success, ..Efficiency::default() }, ..self }
-    }
 }
 
 #[cfg(test)]

@@ -21,7 +21,7 @@ use mge_run::RunState;
 use mge_task::{Region, Task};
 use mge_trainer::RunConfig;
 pub use mge_workbench::listing::{
-    Curves, GroupCurves, Grouping, ModelSummary, RunGroup, RunSummary, XAxis, comparable, cost_of_an_episode,
+    Curves, GroupCurves, Grouping, ModelSummary, RunGroup, RunSummary, XAxis, comparable, cost_of_an_episode, scores_of,
 };
 use mge_workbench::{HandPlay, PriorState, SavedAgent};
 

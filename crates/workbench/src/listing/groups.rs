@@ -14,12 +14,12 @@ use super::{Curves, RunSummary};
 use crate::Loader;
 use mge_base::text::counted;
 use mge_figures::{Color, series};
-use mge_guidance::EpsilonSchedule;
-use mge_results::{FINAL, Groups, LearningRow, Settings, distinguish};
+use mge_results::{Groups, LearningRow, Settings, distinguish};
 use mge_run::{Metric, RunHistory, RunState};
+use mge_stats::TaskScores;
 use mge_stats::aggregate::trimmed_mean;
 use mge_stats::bootstrap::quantile;
-use mge_stats::{Bootstrap, Estimate};
+use mge_trainer::RunConfig;
 
 /// Runs on one task that differ only in the seed.
 #[derive(Debug, Clone)]
@@ -36,9 +36,7 @@ pub struct RunGroup {
     changed: usize,
     /// Those of which it has curves and statistics: one for each seed.
     counted: Vec<PathBuf>,
-    /// Interquartile mean of the rolling success of the runs that have begun, with its interval.
-    pub success: Option<Estimate>,
-    /// The aggregated curves of its runs, as far as they have been read.
+    /// The aggregated curves of its runs, if there are several, as far as they have been read.
     pub curves: Option<Arc<GroupCurves>>,
 }
 
@@ -61,21 +59,6 @@ impl RunGroup {
         let of_runs = if runs > seeds { format!(", {runs} runs") } else { String::new() };
         let changed = if self.changed > 0 { format!(", {} changed", self.changed) } else { String::new() };
         format!("{} ({}{of_runs}{changed})", self.label, counted(seeds, "seed"))
-    }
-
-    /// Adds the statistics of the runs that have `begun`, and the aggregated curves of its `counted` runs, if it has
-    /// several.
-    fn with_statistics(self, begun: &Groups<'_>, runs: &[Arc<RunSummary>], counted: &[usize]) -> Self {
-        if self.runs.len() < 2 {
-            return self;
-        }
-        // There are no statistics until a run has begun.
-        let summary = begun.summary(&self.task, &self.label, &self.label, FINAL, &Bootstrap::default()).ok().flatten();
-        let curves: Vec<(&Curves, bool)> =
-            counted.iter().map(|place| (&*runs[*place].curves, runs[*place].is_solved())).collect();
-        // They have no episodes before half of its runs have been read.
-        let curves = Some(GroupCurves::new(&curves)).filter(|curves| !curves.middle.episodes().is_empty());
-        Self { success: summary.map(|summary| summary.iqm), curves: curves.map(Arc::new), ..self }
     }
 }
 
@@ -143,15 +126,11 @@ pub struct Grouping {
     known: Arc<Known>,
 }
 
-/// The settings of a run that may change: see [`may_change`].
-type MayChange = (u64, Option<f64>, EpsilonSchedule);
-
 /// What the configurations of runs determine.
 #[derive(Debug, Clone, Default)]
 struct Known {
-    /// For each run its configured episodes, the success at which it ends and its schedule, the only settings that may
-    /// change, and its row with the settings in which it differs from others.
-    rows: HashMap<PathBuf, (MayChange, LearningRow)>,
+    /// For each run its configuration, which may change, and its row with the settings in which it differs from others.
+    rows: HashMap<PathBuf, (Arc<RunConfig>, LearningRow)>,
     /// The settings in which no two runs differ.
     common: Settings,
 }
@@ -160,41 +139,34 @@ impl Grouping {
     /// Groups runs. The distinguishing settings are reused if `before` is a grouping of the same runs.
     pub fn new(runs: &[Arc<RunSummary>], before: &Self) -> Self {
         let known = if before.is_of(runs) { before.known.clone() } else { Arc::new(Known::new(runs)) };
-        let row = |run: &Arc<RunSummary>| known.rows[&run.path].1.clone().with_progress(run.done, run.success);
-        let rows: Vec<LearningRow> = runs.iter().map(row).collect();
-        let all = Groups::new(&rows);
+        let all = Groups::new(runs.iter().map(|run| &known.rows[&run.path].1));
         let labels: Vec<&str> = all.labels.iter().map(String::as_str).collect();
         let looks = series(&labels);
-        let mut found = Vec::new();
+        let mut grouping = Self { known: known.clone(), ..Self::default() };
         for task in &all.tasks {
             for (label, look) in all.labels.iter().zip(&looks) {
-                let mut indices = all.indices(task, label).to_vec();
-                indices.retain(|index| !runs[*index].damaged);
-                if !indices.is_empty() {
-                    let counted = one_per_seed(&indices, runs);
-                    indices.sort_by_key(|index| runs[*index].config.seed);
-                    found.push((task, label, look.color, indices, counted));
+                let of_label = all.indices(task, label).iter().map(|index| &*runs[*index]);
+                let members: Vec<&RunSummary> = of_label.filter(|run| !run.damaged).collect();
+                if members.is_empty() {
+                    continue;
                 }
+                let counted = one_per_seed(&members);
+                let curves: Vec<(&Curves, bool)> = counted.iter().map(|run| (&*run.curves, run.is_solved())).collect();
+                // The own curves of a single run are enough, and there are none before half of several have been read.
+                let curves = (members.len() > 1).then(|| GroupCurves::new(&curves));
+                let paths = |runs: &[&RunSummary]| runs.iter().map(|run| run.path.clone()).collect::<Vec<_>>();
+                let group = RunGroup {
+                    task: task.clone(),
+                    label: label.clone(),
+                    color: look.color,
+                    runs: paths(&members),
+                    changed: members.iter().filter(|run| run.changed.is_some()).count(),
+                    counted: paths(&counted),
+                    curves: curves.filter(|curves| !curves.middle.episodes().is_empty()).map(Arc::new),
+                };
+                grouping.of.extend(group.runs.iter().map(|path| (path.clone(), grouping.groups.len())));
+                grouping.groups.push(group);
             }
-        }
-        // A run that has not begun does not count as a failure.
-        let counted = found.iter().flat_map(|(.., counted)| counted).map(|index| &rows[*index]);
-        let begun = Groups::new(counted.filter(|row| row.episodes > 0));
-        let mut grouping = Self { known, ..Self::default() };
-        for (task, label, color, indices, counted) in found {
-            let paths = |indices: &[usize]| indices.iter().map(|index| runs[*index].path.clone()).collect::<Vec<_>>();
-            let group = RunGroup {
-                task: task.clone(),
-                label: label.clone(),
-                color,
-                runs: paths(&indices),
-                changed: indices.iter().filter(|index| runs[**index].changed.is_some()).count(),
-                counted: paths(&counted),
-                success: None,
-                curves: None,
-            };
-            grouping.of.extend(group.runs.iter().map(|path| (path.clone(), grouping.groups.len())));
-            grouping.groups.push(group.with_statistics(&begun, runs, &counted));
         }
         grouping
     }
@@ -203,7 +175,7 @@ impl Grouping {
     fn is_of(&self, runs: &[Arc<RunSummary>]) -> bool {
         let rows = &self.known.rows;
         rows.len() == runs.len()
-            && runs.iter().all(|run| rows.get(&run.path).is_some_and(|(known, _)| *known == may_change(run)))
+            && runs.iter().all(|run| rows.get(&run.path).is_some_and(|(known, _)| *known == run.config))
     }
 
     /// The group of a run, if it has been grouped and is not damaged.
@@ -228,27 +200,29 @@ impl Known {
     fn new(runs: &[Arc<RunSummary>]) -> Self {
         let mut rows: Vec<_> = runs.iter().map(|run| LearningRow::new(&run.config, &RunHistory::default())).collect();
         let common = distinguish(runs.iter().map(|run| &*run.config).zip(&mut rows).collect());
-        let of_run = |(run, row): (&Arc<RunSummary>, LearningRow)| (run.path.clone(), (may_change(run), row));
+        let of_run = |(run, row): (&Arc<RunSummary>, LearningRow)| (run.path.clone(), (run.config.clone(), row));
         Self { rows: runs.iter().zip(rows).map(of_run).collect(), common }
     }
 }
 
-/// The settings of a run that may change.
-fn may_change(run: &RunSummary) -> MayChange {
-    (run.episodes(), run.config.stop.success, run.config.epsilon.clone())
-}
-
 /// One run of each seed, in their order: the one with the most episodes, the latest of equal ones. Runs with the same
 /// seed are not independent.
-fn one_per_seed(places: &[usize], runs: &[Arc<RunSummary>]) -> Vec<usize> {
-    let mut furthest: BTreeMap<u64, usize> = BTreeMap::new();
-    for place in places {
-        let known = furthest.entry(runs[*place].config.seed).or_insert(*place);
-        if runs[*place].done >= runs[*known].done {
-            *known = *place;
+fn one_per_seed<'a>(runs: &[&'a RunSummary]) -> Vec<&'a RunSummary> {
+    let mut furthest: BTreeMap<u64, &RunSummary> = BTreeMap::new();
+    for run in runs {
+        let known = furthest.entry(run.config.seed).or_insert(run);
+        if run.done >= known.done {
+            *known = run;
         }
     }
     furthest.into_values().collect()
+}
+
+/// The present rolling success of runs of a group: one for each seed, as in reports. None before any of them has begun.
+pub fn scores_of(runs: &[&RunSummary]) -> Option<TaskScores> {
+    // A run that has not begun does not count as a failure.
+    let begun = one_per_seed(runs).into_iter().filter(|run| run.done > 0);
+    TaskScores::of_one_task(&begun.map(|run| run.success.unwrap_or(0.0)).collect::<Vec<_>>()).ok()
 }
 
 /// Minimum pause between two groupings, as a multiple of the time one takes, so that trainings are not slowed down.
@@ -298,7 +272,7 @@ fn key_of(runs: &[Arc<RunSummary>]) -> u64 {
 mod tests {
     use super::*;
     use mge_run::EpisodeRecord;
-    use mge_trainer::RunConfig;
+    use mge_stats::aggregate;
 
     fn run(name: &str, settings: &[(&str, &str)], successes: &[f32]) -> Arc<RunSummary> {
         let path = Path::new("runs").join(name);
@@ -339,6 +313,13 @@ mod tests {
         group.runs.iter().filter_map(|path| path.file_name()?.to_str()).collect()
     }
 
+    /// The success of a group of these runs.
+    fn success(group: &RunGroup, runs: &[Arc<RunSummary>]) -> f64 {
+        let runs: Vec<&RunSummary> =
+            runs.iter().map(|run| &**run).filter(|run| group.runs.contains(&run.path)).collect();
+        aggregate::iqm(&scores_of(&runs).unwrap())
+    }
+
     #[test]
     fn a_run_extended_beyond_the_others_leaves_their_group() {
         let mut runs = runs();
@@ -370,13 +351,8 @@ mod tests {
         let of = |name: &str| grouping.of(Path::new("runs").join(name).as_path()).unwrap();
         assert_eq!((names(of("a")), names(of("e")), names(of("f"))), (vec!["a", "b"], vec!["c", "d", "e"], vec!["f"]));
         assert!(of("f").label.contains("gamma 0.5") && of("f").runs.len() == 1, "{}", of("f").label);
-        assert_eq!(of("a").success.map(|estimate| estimate.value), Some(0.625));
-        // As in a report of the same runs.
-        let finals = mge_stats::TaskScores::of_one_task(&[0.25, 1.0]).unwrap();
-        let reported = Bootstrap::default().stratified(&finals, mge_stats::aggregate::iqm).ok();
-        assert_eq!(of("a").success, reported);
-        // The run that has not begun does not count.
-        assert_eq!(of("c").success.map(|estimate| estimate.value), Some(0.125));
+        assert_eq!(success(of("a"), &runs), 0.625);
+        assert_eq!(success(of("c"), &runs), 0.125, "the run that has not begun does not count");
         let again = Grouping::new(&runs, &grouping);
         assert!(Arc::ptr_eq(&again.known, &grouping.known), "the same runs differ in the same settings");
         let fewer = Grouping::new(&runs[..5], &grouping);
@@ -395,7 +371,7 @@ mod tests {
         let grouping = Grouping::new(&runs, &before);
         let group = grouping.of(Path::new("runs/a")).unwrap();
         assert_eq!((names(group), group.seeds()), (vec!["a", "g", "b"], 2));
-        assert_eq!(group.success.map(|estimate| estimate.value), Some(1.0));
+        assert_eq!(success(group, &runs), 1.0);
         assert_eq!(group.curves.as_ref().unwrap().middle.get(Metric::Success), [0.5, 0.75, 1.0]);
         assert!(group.title().ends_with("(2 seeds, 3 runs)"), "{}", group.title());
         let alone = Grouping::new(&[runs[1].clone(), runs[6].clone()], &Grouping::default());

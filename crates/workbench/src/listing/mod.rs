@@ -17,7 +17,7 @@ use std::time::Duration;
 pub use cost::{comparable, cost_of_an_episode};
 pub use curves::{Curves, XAxis};
 pub use folder::read_run;
-pub use groups::{GroupCurves, Grouping, RunGroup};
+pub use groups::{GroupCurves, Grouping, RunGroup, scores_of};
 pub use interventions::interventions;
 pub use models::ModelSummary;
 pub use summary::RunSummary;

@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 use ratatui::style::Style;
 
 use super::super::status::state_colour;
-use crate::tui::view::{RunGroup, RunSummary};
+use crate::tui::view::{RunGroup, RunSummary, scores_of};
 use crate::tui::widgets::columns::{shortened, width};
 use crate::tui::widgets::theme::Theme;
 use mge_results::short_label;
 use mge_run::RunState;
+use mge_stats::aggregate::iqm;
 
 /// The identity of a line: whether it is a group, and the folder of one of its runs. The label of a group and its runs
 /// may change at any time.
@@ -21,8 +22,8 @@ pub type LineKey = (bool, PathBuf);
 pub enum Line<'a> {
     /// A run, and whether it is below the line of its unfolded group.
     Run(&'a RunSummary, bool),
-    /// A group, and those of its runs that are listed.
-    Group(&'a RunGroup, Vec<&'a RunSummary>),
+    /// A group, those of its runs that are listed, and the number of the others.
+    Group(&'a RunGroup, Vec<&'a RunSummary>, usize),
 }
 
 impl<'a> Line<'a> {
@@ -44,7 +45,7 @@ impl<'a> Line<'a> {
     pub fn runs(&self) -> Vec<&'a RunSummary> {
         match self {
             Self::Run(run, _) => vec![run],
-            Self::Group(_, runs) => runs.clone(),
+            Self::Group(_, runs, _) => runs.clone(),
         }
     }
 
@@ -53,14 +54,14 @@ impl<'a> Line<'a> {
         match self {
             Self::Run(run, _) => run,
             // A listed group has at least one listed run.
-            Self::Group(_, runs) => runs.iter().min_by_key(|run| urgency(run)).unwrap_or(&runs[0]),
+            Self::Group(_, runs, _) => runs.iter().min_by_key(|run| urgency(run)).unwrap_or(&runs[0]),
         }
     }
 
     pub fn name(&self) -> String {
         match self {
             Self::Run(run, _) => run.name.clone(),
-            Self::Group(group, _) => format!("{}: {}", group.task, group.label),
+            Self::Group(group, ..) => format!("{}: {}", group.task, group.label),
         }
     }
 
@@ -75,7 +76,7 @@ impl<'a> Line<'a> {
                 let place = if elsewhere > 0 { " (elsewhere)" } else { "" };
                 (if *is_below { "  " } else { "" }, run.name.clone(), [changed, place].concat())
             }
-            Self::Group(group, runs) => {
+            Self::Group(group, runs, _) => {
                 let label = if several_tasks { self.name() } else { group.label.clone() };
                 let some = |count, word| if count > 0 { format!(", {count} {word}") } else { String::new() };
                 let some = some(changed, "changed") + &some(elsewhere, "elsewhere");
@@ -96,8 +97,8 @@ impl<'a> Line<'a> {
     pub fn success(&self) -> Option<f64> {
         match self {
             Self::Run(run, _) => run.success,
-            Self::Group(group, runs) if runs.len() < group.runs.len() => None,
-            Self::Group(group, _) => group.success.map(|success| success.value),
+            Self::Group(_, runs, 0) => scores_of(runs).map(|scores| iqm(&scores)),
+            Self::Group(..) => None,
         }
     }
 

@@ -1,5 +1,6 @@
 //! The lines of the list: runs, and groups of runs that differ in the seed only; their order and columns.
 
+use std::cmp::Reverse;
 use std::collections::{BTreeSet, HashMap};
 
 use ratatui::buffer::Buffer;
@@ -12,7 +13,7 @@ use super::super::{HitRegions, Ui};
 use super::Runs;
 use super::columns::{self, Column};
 use super::line::Line;
-use crate::tui::view::RunGroup;
+use crate::tui::view::{RunGroup, RunSummary};
 use crate::tui::widgets::columns::{shortened, width};
 use crate::tui::widgets::list;
 
@@ -21,31 +22,39 @@ pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
     let mut lines: Vec<Line<'a>> = Vec::new();
     // The index of each group's line, by the address of the group.
     let mut places: HashMap<*const RunGroup, usize> = HashMap::new();
-    for run in ui.view.runs.iter().rev().map(|run| &**run).filter(|run| state.filter.accepts(run, ui)) {
+    let all = ui.view.runs.iter().rev().map(|run| &**run);
+    let (listed, hidden): (Vec<&RunSummary>, Vec<_>) = all.partition(|run| state.filter.accepts(run, ui));
+    for run in listed {
         let Some(group) = ui.view.groups.of(&run.path).filter(|group| group.runs.len() > 1) else {
             lines.push(Line::Run(run, false));
             continue;
         };
         let place = *places.entry(std::ptr::from_ref(group)).or_insert(lines.len());
         match lines.get_mut(place) {
-            Some(Line::Group(_, runs)) => runs.push(run),
-            _ => lines.push(Line::Group(group, vec![run])),
+            Some(Line::Group(_, runs, _)) => runs.push(run),
+            _ => lines.push(Line::Group(group, vec![run], 0)),
+        }
+    }
+    for group in hidden.into_iter().filter_map(|run| ui.view.groups.of(&run.path)) {
+        let place = places.get(&std::ptr::from_ref(group));
+        if let Some(Line::Group(.., hidden)) = place.and_then(|place| lines.get_mut(*place)) {
+            *hidden += 1;
         }
     }
     for line in &mut lines {
         match line {
             // A group of which only one run is listed is not folded.
-            Line::Group(_, runs) if runs.len() == 1 => *line = Line::Run(runs[0], false),
-            Line::Group(_, runs) => runs.sort_by_key(|run| run.config.seed),
+            Line::Group(_, runs, _) if runs.len() == 1 => *line = Line::Run(runs[0], false),
+            Line::Group(_, runs, _) => runs.sort_by_key(|run| run.config.seed),
             Line::Run(..) => {}
         }
     }
     if state.by_success {
-        lines.sort_by(|a, b| b.success().unwrap_or(-1.0).total_cmp(&a.success().unwrap_or(-1.0)));
+        lines.sort_by_cached_key(|line| Reverse(line.success().map(|share| (share * 1e6) as u32)));
     }
     let unfolded = |line: Line<'a>| {
         let seeds = match &line {
-            Line::Group(_, runs) if runs.iter().any(|run| state.unfolded.contains(&run.path)) => runs.clone(),
+            Line::Group(_, runs, _) if runs.iter().any(|run| state.unfolded.contains(&run.path)) => runs.clone(),
             _ => Vec::new(),
         };
         std::iter::once(line).chain(seeds.into_iter().map(|run| Line::Run(run, true)))

@@ -21,12 +21,14 @@ use ratatui::widgets::Widget;
 
 use super::pane::{self, hint, pane};
 use super::{HitRegions, Ui};
-use crate::tui::view::{RunGroup, RunSummary, ViewModel};
+use crate::tui::view::{RunGroup, RunSummary, ViewModel, scores_of};
 pub use actions::{SINGLE, ask_for_filter, compare, edit_note, evaluate, fold, fork, mark, on_line, rename, watch};
 pub use bulk::{delete, go_on, pause, stop};
 use filter::Filter;
 use line::{Line, LineKey};
 use mge_base::text::printable;
+use mge_stats::Bootstrap;
+use mge_stats::aggregate::iqm;
 use mge_task as task;
 use mge_trainer::{RunConfig, config_keys};
 
@@ -210,7 +212,7 @@ pub const EXPLANATION: &str = "> watched, * marked; success: latest episodes (gr
 fn about(line: &Line, ui: &Ui) -> String {
     let text = match line {
         Line::Run(run, _) => about_run(run),
-        Line::Group(group, runs) => about_group(group, runs),
+        Line::Group(group, runs, hidden) => about_group(group, runs, *hidden),
     };
     [vec![text], columns::costs(line, ui)].concat().join("; ")
 }
@@ -228,7 +230,7 @@ fn about_run(run: &RunSummary) -> String {
     format!("{}{folder}: {tasks}, {method}, seed {seed}, {done}, {state}{work}{reason}{fork}{changed}", run.name)
 }
 
-fn about_group(group: &RunGroup, runs: &[&RunSummary]) -> String {
+fn about_group(group: &RunGroup, runs: &[&RunSummary], hidden: usize) -> String {
     // The runs are ordered by seed.
     let mut seeds: Vec<String> = runs.iter().map(|run| run.config.seed.to_string()).collect();
     seeds.dedup();
@@ -247,13 +249,14 @@ fn about_group(group: &RunGroup, runs: &[&RunSummary]) -> String {
     if runs.len() > seeds.len() {
         text = format!("{text} in {} runs, of which the longest of each seed counts", runs.len());
     }
-    if runs.len() < group.runs.len() {
-        return format!("{text}: {} of its {} runs are not listed", group.runs.len() - runs.len(), group.runs.len());
+    if hidden > 0 {
+        return format!("{text}: {hidden} of its {} runs are not listed", runs.len() + hidden);
     }
-    if let Some(success) = group.success {
+    let success = scores_of(runs).and_then(|scores| Bootstrap::default().stratified(&scores, iqm).ok());
+    if let Some(success) = success {
         let [value, lower, upper] = success.values().map(|share| 100.0 * share);
         text = format!("{text}: success {value:.0} %");
-        if group.seeds() > 1 && lower.is_finite() {
+        if success.has_interval() {
             text = format!("{text} (interquartile mean, 95 % interval {lower:.0} to {upper:.0} %)");
         }
         if runs.iter().any(|run| run.done != runs[0].done) {
@@ -275,7 +278,7 @@ mod tests {
     fn about_three(view: &mut ViewModel, first: usize) -> String {
         view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default()));
         let runs: Vec<&RunSummary> = view.runs[first..first + 3].iter().map(|run| &**run).collect();
-        about_group(view.groups.of(&runs[0].path).unwrap(), &runs)
+        about_group(view.groups.of(&runs[0].path).unwrap(), &runs, 0)
     }
 
     #[test]
@@ -297,7 +300,7 @@ mod tests {
         let expected = "seed 0 in 3 runs, of which the longest of each seed counts: success 25 %";
         assert!(about.contains(expected), "{about}");
         let runs = [&*view.runs[0], &*view.runs[1]];
-        let about = about_group(view.groups.of(&runs[0].path).unwrap(), &runs);
+        let about = about_group(view.groups.of(&runs[0].path).unwrap(), &runs, 1);
         assert!(about.ends_with("1 of its 3 runs are not listed"), "not the success of all of them: {about}");
     }
 }

@@ -21,7 +21,7 @@ const CHART: u16 = 6;
 pub fn draw(ui: &Ui, line: &Line, about: &str, whole: bool, area: Rect, buffer: &mut Buffer) {
     let name = match line {
         Line::Run(run, _) => run.name.clone(),
-        Line::Group(group, _) => group.title(),
+        Line::Group(group, ..) => group.title(),
     };
     let inside = pane(&name, area, ui.theme, buffer);
     let about = Text::from_iter(lines(about, inside.width, Style::new()));
@@ -49,8 +49,8 @@ pub fn draw(ui: &Ui, line: &Line, about: &str, whole: bool, area: Rect, buffer: 
 fn shown<'a>(ui: &Ui<'a>, line: &Line<'a>) -> Vec<Shown<'a>> {
     match line {
         Line::Run(run, _) => vec![Shown::run(run, ui.view)],
-        Line::Group(group, runs) => match &group.curves {
-            Some(curves) if runs.len() == group.runs.len() => vec![Shown::Group(group, curves)],
+        Line::Group(group, runs, hidden) => match &group.curves {
+            Some(curves) if *hidden == 0 => vec![Shown::Group(group, curves)],
             // Not the mean of runs that are not listed.
             _ => runs.iter().map(|run| Shown::run(run, ui.view)).collect(),
         },

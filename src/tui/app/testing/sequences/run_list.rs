@@ -61,6 +61,17 @@ fn the_column_of_states_has_room_for_them() {
 }
 
 #[test]
+fn a_group_and_its_runs_are_shown_in_the_same_state() {
+    let mut view = grouped();
+    (3..6).for_each(|place| change_run(&mut view, place, |run| run.success = Some(0.9)));
+    check(view.clone(), "5", &[], "seeds 0, 1, 2: success 90 %");
+    check(view.clone(), "5", &[], " 90 % ");
+    // The groups are those of before a run was deleted.
+    view.runs.remove(5);
+    check(view, "5", &[], "seeds 0, 1: success 90 %");
+}
+
+#[test]
 fn states_have_their_colours() {
     let run = |name: &str, state: RunState| Arc::new(RunSummary { state, ..run_summary(name) });
     let runs = vec![
