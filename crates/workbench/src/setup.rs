@@ -156,12 +156,17 @@ impl Setup {
     }
 }
 
-/// The place of a value in a task as the screens name it: `tools[0].size` is `tool 1 size`.
+/// The place of a value in a task as the screens name it: `tools[0].position[1]` is `tool 1 y`.
 fn on_screen(path: &str) -> String {
-    let one = path.replace("position[0]", "x").replace("position[1]", "y").replace("boxes[", "box[").replace("s[", "[");
-    let words = one.split(['.', '[', ']']).filter(|word| !word.is_empty());
-    let counted = words.map(|word| word.parse().map_or(word.to_owned(), |place: usize| (place + 1).to_string()));
-    counted.collect::<Vec<_>>().join(" ")
+    let word = |step: &str| match step.trim_end_matches(']').split_once('[') {
+        Some(("position", axis)) => if axis == "0" { "x" } else { "y" }.to_owned(),
+        Some((list, index)) => {
+            let one = if list == "boxes" { "box" } else { list.trim_end_matches('s') };
+            format!("{one} {}", index.parse().map_or(0, |index: usize| index) + 1)
+        }
+        None => step.to_owned(),
+    };
+    path.split('.').map(word).collect::<Vec<_>>().join(" ")
 }
 
 /// That there is nothing to undo, redo or restore.

@@ -453,8 +453,13 @@ fn errors_of_edits_name_places_as_the_screens_do() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = session(folder.path());
     run(&mut session, "subgoal add 0.5 0\ntool add box 0.5 0.9");
-    let lines = ["tool size 1 -4", "subgoal size 1 -1", "ball move 3 0", "subgoal move 1 0 3"];
-    for (line, place) in lines.into_iter().zip(["tool 1 size: ", "subgoal 1 radius: ", "ball x: ", "subgoal 1 y: "]) {
+    for (line, place) in [
+        ("tool size 1 -4", "tool 1 size: "),
+        ("subgoal size 1 -1", "subgoal 1 radius: "),
+        ("ball move 3 0", "ball x: "),
+        ("subgoal move 1 0 3", "subgoal 1 y: "),
+        ("tool set 1 friction=-1", "tool 1 friction: "),
+    ] {
         let error = apply(&mut session, line).unwrap_err();
         assert!(error.starts_with(place), "{line}: {error}");
     }
