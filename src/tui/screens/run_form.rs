@@ -7,11 +7,11 @@ use std::sync::Arc;
 use super::Ui;
 use crate::tui::effect::Effect;
 use crate::tui::layers::{DEFAULT, Field, Form, some_of, tool_text};
-use crate::tui::view::{RunSummary, comparable, cost_of_an_episode, span};
+use crate::tui::view::{ModelSummary, RunSummary, comparable, cost_of_an_episode, span};
 use crate::tui::widgets::text_input::TextInput;
 use mge_base::json;
 use mge_base::text::counted;
-use mge_trainer::{Method, PriorSource, RunConfig, StopRule, non_default_settings, warnings};
+use mge_trainer::{Method, RunConfig, StopRule, non_default_settings, warnings};
 use mge_workbench::{Command, check_settings, free_name, usual_name};
 
 /// The fields, the beginnings of the commands that set them, and their explanations.
@@ -54,12 +54,12 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
     fields[0].choices = Method::ALL.map(|method| method.to_string()).into();
     fields[EPSILON].optional = true;
     fields[MODEL].choices = view.models.iter().map(|model| model.name.clone()).collect();
-    let runs = view.runs.clone();
+    let (runs, models) = (view.runs.clone(), view.models.clone());
     let (settings, folder) = (view.settings.clone(), view.folder.clone());
     let (before, runs_folder) = (settings.clone(), folder.clone());
     let tool = tool_text(&settings.task.placeable.tool([0.0; 2]), true);
     let explain = move |place: usize, texts: &[&str], whole: bool| {
-        let settings = chosen(&settings, texts);
+        let settings = chosen(&settings, texts, &models);
         let about = match FIELDS[place] {
             ("method", _, about) => format!("{}. {about}", settings.method.label()),
             (name, ..) if !settings.method.uses(name) => format!("Not used by {}.", settings.method.label()),
@@ -90,7 +90,7 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
 
 /// The settings that the fields say. The schedule is the method's default if another method was chosen, or the field
 /// was emptied.
-fn chosen(before: &RunConfig, texts: &[&str]) -> RunConfig {
+fn chosen(before: &RunConfig, texts: &[&str], models: &[ModelSummary]) -> RunConfig {
     let mut settings = match texts[METHOD].parse() {
         Ok(method) if method != before.method => before.with_method(method),
         _ => before.clone(),
@@ -102,8 +102,8 @@ fn chosen(before: &RunConfig, texts: &[&str]) -> RunConfig {
     settings.episodes = texts[EPISODES].parse().unwrap_or(settings.episodes);
     settings.seed = texts[SEED].parse().unwrap_or(settings.seed);
     settings.epsilon = texts[EPSILON].parse().unwrap_or(settings.epsilon);
-    if !texts[MODEL].is_empty() {
-        settings.prior = PriorSource::from(texts[MODEL].to_owned());
+    if let Some(model) = models.iter().find(|model| model.name == texts[MODEL]) {
+        settings.prior = model.source.clone();
     }
     let limit = |text: &str, now| if text.is_empty() { now } else { text.parse().ok() };
     let StopRule { success, minutes } = settings.stop;
@@ -128,7 +128,7 @@ fn read(texts: &[&str], (before, seeds): (&RunConfig, u32), folder: &Path) -> Re
     if texts[NAME].contains(['/', '\\']) || texts[NAME].starts_with('.') {
         return Err(format!("`{}` is not a name: it has no / and does not begin with a dot", texts[NAME]));
     }
-    let RunConfig { method, epsilon, .. } = chosen(before, texts);
+    let RunConfig { method, epsilon, .. } = chosen(before, texts, &[]);
     let is_kept = !method.uses("epsilon") || epsilon == before.with_method(method).epsilon;
     let default = if is_kept { String::new() } else { epsilon.to_string() };
     let mut texts = texts.to_vec();

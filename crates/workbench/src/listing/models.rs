@@ -7,12 +7,15 @@ use mge_base::paths::entries;
 use mge_dynamics::{Evaluation, LaunchErrors, Model, OneTool, shipped, shipped_models};
 use mge_physics::ToolKind;
 use mge_task::Task;
+use mge_trainer::PriorSource;
 
 /// An available dynamics model.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ModelSummary {
     /// The name that selects it.
     pub name: String,
+    /// What the name means; a file is known by its content.
+    pub source: PriorSource,
     /// Short description.
     pub about: String,
     /// It can be read, and knows the tools of the task.
@@ -73,7 +76,8 @@ impl ModelSummary {
     }
 
     fn new(name: &str, about: &str) -> Self {
-        Self { name: name.to_owned(), about: about.to_owned(), fits: true, ..Self::default() }
+        let source = PriorSource::from(name.to_owned()).identified();
+        Self { name: name.to_owned(), source, about: about.to_owned(), fits: true, ..Self::default() }
     }
 
     /// A model, described by why it does not fit the task, or by `fitting` if it does, by its training and its errors.

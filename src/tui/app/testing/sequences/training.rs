@@ -96,6 +96,12 @@ fn the_run_dialog_explains_its_fields_and_changes_only_what_was_changed() {
     check(empty(), "t down 5 0 down 2 up 6 0 enter", &["set episodes 60", "train seeds 2"], "");
     check(empty(), "t down ctrl-u enter", &[], "`episodes` is empty: write a value");
     check(grouped(), "t down down 2", &[], "! there are runs with these settings and seeds: guided-0, guided-1");
+    // A model file is known by its content, wherever it is.
+    let mut view = grouped();
+    let source = mge_trainer::PriorSource::from("bucket-box".to_owned()).identified();
+    view.models[1] = ModelSummary { source: source.clone(), name: "bucket-box".into(), ..view.models[1].clone() };
+    change_run(&mut view, 0, |run| Arc::make_mut(&mut run.config).prior = source);
+    check(view, "t up up up up right", &[], "! there are runs with these settings and seeds: guided-0");
     check(empty(), "t down ctrl-u 5 0 enter", &["set episodes 50", "train"], "");
     check(empty(), "t down down ctrl-u 3 enter", &["train seeds 3"], "");
     check(empty(), "t down down down ctrl-u 7 enter", &["seed 7", "train"], "");
