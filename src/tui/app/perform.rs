@@ -79,19 +79,20 @@ impl App {
         Ok(())
     }
 
-    /// Carries out a typed command. On the Runs screen, one on a run is on the selected run.
+    /// Carries out a typed command. On the Runs screen, one on a run is on the selected run, as one by a key is.
     ///
     /// # Errors
     /// When the command fails.
     pub fn apply_typed(&mut self, command: Command) -> Result<(), String> {
         let is_on_run = match &command {
             Command::Continue(continued) => continued.folder.is_none(),
-            Command::Pause(_) | Command::Resume(_) | Command::Stop(_) => true,
+            Command::Pause(_) | Command::Resume(_) | Command::Stop(_) | Command::Guide(_) => true,
             Command::Evaluate(_) | Command::Checkpoint(_) | Command::Fork(_) => true,
             _ => false,
         };
         match self.chosen().as_slice() {
-            [run] if is_on_run => self.apply_to(&run.path.clone(), command),
+            // The next runs get the schedule, too, which needs no run.
+            [run] if is_on_run || command.is_epsilon() => self.apply_to(&run.path.clone(), command),
             [_, _, ..] if is_on_run => Err(fill(&format!("what is typed is for a single run: {}", runs::SINGLE))),
             _ => self.try_apply(command),
         }
@@ -270,7 +271,8 @@ impl App {
     }
 
     fn palette(&self) -> CommandPalette {
-        CommandPalette::new(&self.contexts(), Arguments::new(self.workspace.view()), self.typed.clone())
+        let run = self.chosen().first().copied();
+        CommandPalette::new(&self.contexts(), Arguments::new(self.workspace.view(), run), self.typed.clone())
     }
 
     /// Adds a typed command to the palette's history.

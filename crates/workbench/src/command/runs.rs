@@ -107,7 +107,7 @@ command! {
         folder: Option<PathBuf> = Keyword("in", Place("a folder", false)),
         /// Pause after this many episodes.
         until: Option<u32> = UNTIL,
-    }: "fork" "EPISODE [KEY=VALUE]... [in NAME] [until N]" "train a new run from an episode of the watched one, with other settings";
+    }: "fork" "EPISODE [KEY=VALUE]... [in NAME] [until N]" "train a new run from an episode of a run, with other settings";
     execute = |this, session| session.fork(this);
     // It is recorded once the new run has its number.
     script_role = |_| ScriptRole { unrecorded: true, awaits: WaitFor::Result, ..ScriptRole::default() };

@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 
 use super::ranked;
-use crate::tui::view::ViewModel;
+use crate::tui::view::{RunSummary, ViewModel};
 use mge_base::json;
 use mge_base::paths::{expanded, suffix};
 use mge_base::spelling::MAX_COMPARED_LENGTH;
@@ -37,8 +37,8 @@ pub struct Arguments {
     models: Vec<Value>,
     /// The settings of the next run, and their current values.
     settings: Vec<(Value, String)>,
-    /// Those of the watched run, which can be forked.
-    watched: Vec<(Value, String)>,
+    /// Those of the run that typed commands act on, which can be forked.
+    of_run: Vec<(Value, String)>,
 }
 
 /// Maximum number of entries of a folder that are considered.
@@ -47,10 +47,10 @@ const FILES: usize = 500;
 const LINES: usize = 50;
 
 impl Arguments {
-    /// The completions for the current view.
-    pub fn new(view: &ViewModel) -> Self {
+    /// The completions for the current view, and for commands on a run.
+    pub fn new(view: &ViewModel, on: Option<&RunSummary>) -> Self {
         // A run of the folder is found by its name.
-        let run = |run: &crate::tui::view::RunSummary| {
+        let run = |run: &RunSummary| {
             let path = run.path.strip_prefix(&view.folder).unwrap_or(&run.path);
             Value::new(path.display().to_string(), format!("{}, {}", run.name, run.label))
         };
@@ -61,7 +61,7 @@ impl Arguments {
             runs: view.runs.iter().rev().map(|known| run(known)).collect(),
             models: view.models.iter().map(|model| Value::new(model.name.clone(), model.about.clone())).collect(),
             settings: described(&view.settings),
-            watched: view.watched.as_ref().map(|watched| described(&watched.run.config)).unwrap_or_default(),
+            of_run: on.map(|run| described(&run.config)).unwrap_or_default(),
         }
     }
 
@@ -100,7 +100,7 @@ impl Arguments {
                 let edited = Value::new("task=edited", "the task as it is edited");
                 let key = |(known, _): &(Value, String)| Value::new(format!("{}=", known.text), known.about.clone());
                 let own = |(known, _): &&(Value, String)| !["method", "seed"].contains(&&*known.text);
-                std::iter::once(edited).chain(self.watched.iter().filter(own).map(key)).collect()
+                std::iter::once(edited).chain(self.of_run.iter().filter(own).map(key)).collect()
             }
             ("figure", []) => FigureKind::ALL.map(|kind| Value::new(kind.name(), "")).into(),
             ("figure", ["learning", _, ..]) => OPTIONS.map(|(key, about)| Value::new(format!("{key}="), about)).into(),
@@ -180,7 +180,11 @@ mod tests {
 
     fn offered(words: &[&str], verb: &str) -> Vec<String> {
         let verb = verbs().find(|known| known.name == verb).unwrap();
-        Arguments::new(&typical()).of(verb, words).into_iter().map(|value| value.text).collect()
+        Arguments::new(&typical(), Some(&typical().runs[1]))
+            .of(verb, words)
+            .into_iter()
+            .map(|value| value.text)
+            .collect()
     }
 
     #[test]
@@ -201,7 +205,7 @@ mod tests {
         assert_eq!(offered(&["clu"], "figure"), ["clusters"]);
         assert_eq!(offered(&["see"], "tool add"), ["see_saw"]);
         assert_eq!(offered(&["1", "max"], "tool set"), ["max_angle="]);
-        let settings = Arguments::new(&empty()).settings;
+        let settings = Arguments::new(&empty(), None).settings;
         let (gamma, _) = settings.iter().find(|(value, _)| value.text == "ddpg.gamma").unwrap();
         assert!(
             gamma.about.starts_with("now 0.9, by default 0.95; ") && gamma.about.contains("a number from 0 to"),

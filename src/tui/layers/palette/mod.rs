@@ -359,7 +359,7 @@ mod tests {
     use crossterm::event::KeyModifiers;
 
     fn palette(contexts: &[Context], history: &[&str]) -> CommandPalette {
-        let arguments = Arguments::new(&crate::tui::testing::typical());
+        let arguments = Arguments::new(&crate::tui::testing::typical(), None);
         CommandPalette::new(contexts, arguments, history.iter().map(|line| (*line).to_owned()).collect())
     }
 
@@ -513,7 +513,7 @@ mod tests {
         view.runs.push(std::sync::Arc::new(crate::tui::testing::run_summary("my run")));
         let completed = |typed: &str, downs: usize| {
             let mut palette =
-                CommandPalette::new(&[Context::Everywhere], Arguments::new(&view), vec!["seed 1".to_owned()]);
+                CommandPalette::new(&[Context::Everywhere], Arguments::new(&view, None), vec!["seed 1".to_owned()]);
             palette.paste(typed);
             (0..downs).for_each(|_| drop(palette.key(KeyCode::Down.into())));
             palette.key(KeyCode::Tab.into());

@@ -98,8 +98,7 @@ pub fn evaluate(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
 pub fn fork(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     on_single(runs, ui, "forked", |run| {
         let past = ui.subject.past_episode().filter(|_| ui.is_watched(run));
-        let open = (!ui.is_watched(run)).then(|| Effect::apply(command::Open(run.path.clone())));
-        open.into_iter().chain([Effect::palette(format!("fork {}", past.unwrap_or(run.done)))]).collect()
+        vec![Effect::palette(format!("fork {}", past.unwrap_or(run.done)))]
     })
 }
 

@@ -149,6 +149,13 @@ fn on_the_runs_screen_the_selected_run_is_paused_and_stopped() {
     let stop = ["open runs/old", "stop", "open runs/task1-ddpg-mge-seed0"];
     check(typical(), "5 down x", &stop, "");
     check(typical(), "5 down : s t o p enter", &stop, "");
+    // From the list of the palette, too, and by what goes to the training of a run.
+    check(typical(), "5 down : k i l l enter", &stop, "");
+    for (typed, command) in [("g u i d e", "guide"), ("e p s i l o n space 0 . 3", "epsilon 0.3")] {
+        check(typical(), &format!("5 down : {typed} enter"), &[stop[0], command, stop[2]], "");
+    }
+    check(typical(), "5 down F", &[], ": fork 2000 ");
+    check(grouped(), "5 : e p s i l o n space 0 . 3 enter", &["epsilon 0.3"], "");
     check(typical(), "5 x", &[], "stop 1 run?");
     check(typical(), "5 p", &["pause"], "");
 }
