@@ -69,11 +69,6 @@ impl<K: PartialEq, V: Send + 'static> Loader<K, V> {
         true
     }
 
-    /// Removes the value loaded last, with its key.
-    pub fn take(&mut self) -> Option<(K, Result<V, String>)> {
-        self.loaded.pop().map(|(key, _, value)| (key, value))
-    }
-
     /// Whether something is being loaded.
     pub fn is_loading(&self) -> bool {
         self.loading.is_some()

@@ -388,17 +388,15 @@ impl App {
     /// Selects a row of a list: an object, a run, a model or a figure. A run that is selected already is watched.
     pub(super) fn select_row(&mut self, row: usize) {
         let tab = self.tab;
-        let (screens, ui) = self.screens_and_ui();
-        match tab {
-            Tab::Edit => screens.scene.select(ui.view.objects().all().get(row).copied()),
-            Tab::Runs if screens.runs.is_selected(&ui, row) => {
-                let effects = runs::on_line(&mut screens.runs, &ui, runs::watch);
-                self.carry_out(effects);
+        self.act(|screens, ui| {
+            match tab {
+                Tab::Edit => screens.scene.select(ui.view.objects().all().get(row).copied()),
+                Tab::Runs if screens.runs.is_selected(ui, row) => {
+                    return runs::on_line(&mut screens.runs, ui, runs::watch);
+                }
+                _ => lists::select_line(screens, ui, tab, |_, _| row),
             }
-            Tab::Runs => screens.runs.select_line(&ui, |_, _| row),
-            Tab::Models => screens.lists.model = row,
-            Tab::Figures => screens.lists.figure = row,
-            _ => {}
-        }
+            Vec::new()
+        });
     }
 }

@@ -2,6 +2,7 @@
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
+use ratatui::style::Style;
 use ratatui::text::Line;
 use ratatui::widgets::Widget;
 
@@ -101,6 +102,16 @@ impl Axes {
             if (free..=last).contains(&start) {
                 buffer.set_string(start, self.plot.bottom(), text, theme.faint());
                 free = start + width + 1;
+            }
+        }
+    }
+
+    /// Draws a vertical line at an x value, if that is visible, behind what is drawn already.
+    pub fn bar(&self, x: f32, style: Style, theme: &Theme, buffer: &mut Buffer) {
+        let Some(column) = self.column(x) else { return };
+        for row in self.plot.top()..self.plot.bottom() {
+            if buffer[(column, row)].symbol() == " " {
+                buffer.set_string(column, row, theme.symbol("┊", "|"), style);
             }
         }
     }

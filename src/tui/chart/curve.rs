@@ -39,7 +39,7 @@ pub fn draw(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Opti
         plot.curves.iter().zip(&lines).for_each(|(curve, line)| trace(curve, line, context));
     });
     points(plot, &axes, theme, buffer);
-    crosshair(plot, &axes, theme, buffer);
+    plot.crosshair.into_iter().for_each(|[x, _]| axes.bar(x, theme.faint(), theme, buffer));
     Some(axes)
 }
 
@@ -103,16 +103,6 @@ fn points(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
             if let (Some(column), Some(row)) = (axes.column(*episode as f32), axes.row(*value)) {
                 buffer.set_string(column, row, mark, Style::new().fg(curve.colour));
             }
-        }
-    }
-}
-
-fn crosshair(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
-    let Some(column) = plot.crosshair.and_then(|[x, _]| axes.column(x)) else { return };
-    let bar = theme.symbol("┊", "|");
-    for row in axes.plot.top()..axes.plot.bottom() {
-        if buffer[(column, row)].symbol() == " " {
-            buffer.set_string(column, row, bar, theme.faint());
         }
     }
 }

@@ -139,7 +139,9 @@ pub fn draw(state: &Schedule, ui: &Ui, area: Rect, buffer: &mut Buffer, regions:
             }
             canvas::path(context, &trace(&shown, &axes), theme.accent);
         });
-        progress(ui, &axes, buffer);
+        if let Some(run) = ui.subject.run().filter(|run| run.active) {
+            axes.bar(run.done as f32, Style::new().fg(theme.good), theme, buffer);
+        }
         points(state, ui, &axes, buffer);
         regions.add(axes.plot, HitRegion::Schedule(axes));
     }
@@ -151,16 +153,6 @@ fn trace(schedule: &EpsilonSchedule, axes: &Axes) -> Vec<[f32; 2]> {
     let columns = 2 * axes.plot.width;
     let episode = |column: u16| axes.x.to * f32::from(column) / f32::from(columns);
     (0..=columns).map(episode).map(|episode| [episode, schedule.threshold(episode as u32)]).collect()
-}
-
-/// A line at the episode of the running training.
-fn progress(ui: &Ui, axes: &Axes, buffer: &mut Buffer) {
-    let run = ui.subject.run().filter(|run| run.active);
-    let Some(column) = run.and_then(|run| axes.column(run.done as f32)) else { return };
-    let bar = ui.theme.symbol("┊", "|");
-    for row in axes.plot.top()..axes.plot.bottom() {
-        buffer.set_string(column, row, bar, Style::new().fg(ui.theme.good));
-    }
 }
 
 fn points(state: &Schedule, ui: &Ui, axes: &Axes, buffer: &mut Buffer) {

@@ -60,8 +60,8 @@ pub struct ViewModel {
     pub groups: Arc<Grouping>,
     /// Runs in the folder that have not been read yet; at least 1 while the folder is being read.
     pub runs_unread: usize,
-    /// Number of damaged runs in the folder, which the log describes.
-    pub runs_damaged: usize,
+    /// Why each damaged run in the folder cannot be read, which the log tells.
+    pub damaged: Vec<String>,
     /// The watched run.
     pub watched: Option<Watched>,
     /// The episode a person plays.
@@ -83,8 +83,6 @@ pub struct ViewModel {
 pub struct Watched {
     /// The run.
     pub run: Arc<RunSummary>,
-    /// The task it is trained on.
-    pub task: Arc<Task>,
     /// Its action clusters.
     pub prior: Option<Arc<ActionPrior>>,
     /// Its latest known episode.

@@ -34,28 +34,23 @@ pub struct RunGroup {
     pub runs: Vec<PathBuf>,
     /// How many of them were changed during the training, as far as that is known.
     changed: usize,
-    /// Those of which it has curves and statistics: one for each seed.
-    counted: Vec<PathBuf>,
+    /// The number of their seeds, of each of which one run has a curve and counts.
+    pub seeds: usize,
     /// The aggregated curves of its runs, if there are several, as far as they have been read.
     pub curves: Option<Arc<GroupCurves>>,
 }
 
 impl RunGroup {
-    /// The number of seeds of its runs.
-    pub fn seeds(&self) -> usize {
-        self.counted.len()
-    }
-
     /// How many of its seeds are finished, given all runs.
     pub fn progress(&self, runs: &[Arc<RunSummary>]) -> String {
-        let is_finished = |run: &&Arc<RunSummary>| run.state == RunState::Finished && self.counted.contains(&run.path);
-        let finished = runs.iter().filter(is_finished).count();
-        format!("{finished} of {} finished", counted(self.seeds(), "seed"))
+        let own: Vec<&RunSummary> = runs.iter().map(|run| &**run).filter(|run| self.runs.contains(&run.path)).collect();
+        let finished = one_per_seed(&own).into_iter().filter(|run| run.state == RunState::Finished).count();
+        format!("{finished} of {} finished", counted(self.seeds, "seed"))
     }
 
     /// Its label and number of seeds, and those of its runs if several have the same seed, and of changed ones.
     pub fn title(&self) -> String {
-        let (seeds, runs) = (self.seeds(), self.runs.len());
+        let (seeds, runs) = (self.seeds, self.runs.len());
         let of_runs = if runs > seeds { format!(", {runs} runs") } else { String::new() };
         let changed = if self.changed > 0 { format!(", {} changed", self.changed) } else { String::new() };
         format!("{} ({}{of_runs}{changed})", self.label, counted(seeds, "seed"))
@@ -150,19 +145,18 @@ impl Grouping {
                 if members.is_empty() {
                     continue;
                 }
-                let counted = one_per_seed(&members);
-                let curves: Vec<(&Curves, bool)> = counted.iter().map(|run| (&*run.curves, run.is_solved())).collect();
+                let curves = one_per_seed(&members).into_iter().map(|run| (&*run.curves, run.is_solved()));
+                let curves: Vec<(&Curves, bool)> = curves.collect();
                 // The own curves of a single run are enough, and there are none before half of several have been read.
-                let curves = (members.len() > 1).then(|| GroupCurves::new(&curves));
-                let paths = |runs: &[&RunSummary]| runs.iter().map(|run| run.path.clone()).collect::<Vec<_>>();
+                let of_group = (members.len() > 1).then(|| GroupCurves::new(&curves));
                 let group = RunGroup {
                     task: task.clone(),
                     label: label.clone(),
                     color: look.color,
-                    runs: paths(&members),
+                    runs: members.iter().map(|run| run.path.clone()).collect(),
                     changed: members.iter().filter(|run| run.changed.is_some()).count(),
-                    counted: paths(&counted),
-                    curves: curves.filter(|curves| !curves.middle.episodes().is_empty()).map(Arc::new),
+                    seeds: curves.len(),
+                    curves: of_group.filter(|curves| !curves.middle.episodes().is_empty()).map(Arc::new),
                 };
                 grouping.of.extend(group.runs.iter().map(|path| (path.clone(), grouping.groups.len())));
                 grouping.groups.push(group);
@@ -305,7 +299,7 @@ mod tests {
         Arc::make_mut(&mut runs[0]).damaged = true;
         let grouping = Grouping::new(&runs, &Grouping::default());
         assert!(grouping.of(&runs[0].path).is_none());
-        assert_eq!(grouping.of(&runs[1].path).map(|group| group.seeds()), Some(1));
+        assert_eq!(grouping.of(&runs[1].path).map(|group| group.seeds), Some(1));
         assert_ne!(key_of(&runs), key_of(&undamaged));
     }
 
@@ -370,7 +364,7 @@ mod tests {
         let before = Grouping::new(&runs[..6], &Grouping::default());
         let grouping = Grouping::new(&runs, &before);
         let group = grouping.of(Path::new("runs/a")).unwrap();
-        assert_eq!((names(group), group.seeds()), (vec!["a", "g", "b"], 2));
+        assert_eq!((names(group), group.seeds), (vec!["a", "g", "b"], 2));
         assert_eq!(success(group, &runs), 1.0);
         assert_eq!(group.curves.as_ref().unwrap().middle.get(Metric::Success), [0.5, 0.75, 1.0]);
         assert!(group.title().ends_with("(2 seeds, 3 runs)"), "{}", group.title());

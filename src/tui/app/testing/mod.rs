@@ -175,7 +175,7 @@ pub fn empty() -> ViewModel {
         runs: Vec::new(),
         groups: Arc::default(),
         runs_unread: 0,
-        runs_damaged: 0,
+        damaged: Vec::new(),
         watched: None,
         task,
         model_work: None,
@@ -258,7 +258,7 @@ pub fn failed() -> ViewModel {
 /// Watches a run of the list, on the current task.
 pub fn watch(view: &mut ViewModel, index: usize) {
     let run = view.runs[index].clone();
-    view.watched = Some(Watched { run, task: view.task.clone(), prior: None, live: None, agent: None, greedy: None });
+    view.watched = Some(Watched { run, prior: None, live: None, agent: None, greedy: None });
 }
 
 /// Changes a run of the list; if it is watched, the watched run, too.

@@ -186,8 +186,8 @@ fn title(state: &Runs, ui: &Ui, is_reading: bool) -> String {
         let share = share.map_or_else(String::new, |share| format!(", {:.0} %", 100.0 * share));
         title = format!("{title} · making `{command}`{share}");
     }
-    if ui.view.runs_damaged > 0 {
-        title = format!("{title} · {} damaged: {}", ui.view.runs_damaged, ui.text("{screen-log} tells why"));
+    if !ui.view.damaged.is_empty() {
+        title = format!("{title} · {} damaged: {}", ui.view.damaged.len(), ui.text("{screen-log} tells why"));
     }
     if is_reading {
         title = format!("{title} · {} more are being read", ui.view.runs_unread);

@@ -80,7 +80,7 @@ impl Subject {
         };
         let live = view.watched.as_ref().and_then(|watched| watched.live.as_ref());
         let (task, episode, note) = chosen(view, &choice, before, next);
-        let of_run = view.watched.as_ref().filter(|watched| is_same_scene(&watched.task, &task));
+        let of_run = view.watched.as_ref().filter(|watched| is_same_scene(&watched.run.config.task, &task));
         let own = view.watched.as_ref().filter(|watched| episode.is_of(&watched.run.path));
         let live = live.filter(|_| own.is_some() && !matches!(choice, Choice::Past(_)));
         let live_networks = live.and_then(|live| live.networks.clone());

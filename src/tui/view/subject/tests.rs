@@ -29,7 +29,9 @@ fn watched(run: &str, task: &Arc<Task>, live: bool) -> Watched {
     let config = DdpgConfig { hidden: 4, ..DdpgConfig::default() };
     let networks = Arc::new(Ddpg::new(observation, 2, &config, &mut rng).unwrap());
     let live = live.then(|| Live { episode: episode(run, task), networks: Some(networks) });
-    Watched { run: Arc::new(run_summary(run)), task: task.clone(), prior: None, live, agent: None, greedy: None }
+    let config = Arc::new(RunConfig::new(task.clone()));
+    let run = Arc::new(RunSummary { config, ..run_summary(run) });
+    Watched { run, prior: None, live, agent: None, greedy: None }
 }
 
 fn model(task: &Arc<Task>) -> TaskModel {

@@ -84,8 +84,6 @@ pub struct SessionWorkspace {
     episodes: Loader<(PathBuf, u64), Arc<Episode>>,
     /// Agents, by the folder of their run, an episode of it, and its progress in units of `RECHECK_EPISODES` episodes.
     agents: Loader<(PathBuf, u64, u64), Arc<SavedAgent>>,
-    /// Why runs of the folder cannot be read, as far as it was logged.
-    damaged: Vec<String>,
     /// When the latest command was carried out.
     touched: Instant,
     /// When the view was last refreshed.
@@ -108,7 +106,6 @@ impl SessionWorkspace {
             model: Loader::new(KEPT),
             episodes: Loader::new(KEPT),
             agents: Loader::default(),
-            damaged: Vec::new(),
             touched: Instant::now(),
             refreshed: Instant::now(),
             is_stale: false,
@@ -129,13 +126,6 @@ impl SessionWorkspace {
             // The result appears in the log and on screen.
             let _ = self.apply(command::Clusters(None).into());
         }
-    }
-
-    /// Logs why runs of the folder cannot be read, each reason once.
-    fn report_damaged(&mut self) {
-        let known = std::mem::replace(&mut self.damaged, self.listing.damaged(&self.session));
-        let news: Vec<String> = self.damaged.iter().filter(|reason| !known.contains(reason)).cloned().collect();
-        news.into_iter().for_each(|reason| self.log(Level::Warning, reason));
     }
 
     /// Logs a notice of the session.
@@ -218,9 +208,6 @@ impl Workspace for SessionWorkspace {
         let changed = is_urgent || (self.is_stale && self.refreshed.elapsed() >= REFRESH);
         if changed {
             self.refresh();
-        }
-        if news {
-            self.report_damaged();
         }
         changed
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::super::playback::Episode;
-use super::super::{Live, ViewModel, Watched};
+use super::super::{Level, Live, ViewModel, Watched};
 use super::{SessionWorkspace, Workspace, episode_of};
 use mge_workbench::listing::Listing;
 use mge_workbench::{Command, Session};
@@ -27,6 +27,8 @@ impl SessionWorkspace {
         let (path, live, greedy) = before.unwrap_or_default();
         let is_same = self.session.run().is_some_and(|run| run.directory().path() == path);
         self.refresh_watched(live.filter(|_| is_same), greedy.filter(|_| is_same));
+        let damaged: Vec<String> = self.view.damaged.iter().filter(|it| !known.damaged.contains(it)).cloned().collect();
+        damaged.into_iter().for_each(|reason| self.log(Level::Warning, reason));
     }
 
     /// Updates the watched run; the latest and the greedy episode shown before are kept if they have not changed.
@@ -34,19 +36,18 @@ impl SessionWorkspace {
         let Some(run) = self.session.run() else { return };
         let path = run.directory().path().to_owned();
         let Some(summary) = self.view.runs.iter().rev().find(|known| known.path == path).cloned() else { return };
-        let task = run.config().task.clone();
         let live = run.live.as_ref().map(|live| Live {
             episode: Arc::new(episode_of(&path, run.config().task_of(live.trace.episode), live.trace.clone())),
             networks: Some(live.ddpg.clone()),
         });
         let greedy = run.greedy.as_ref().map(|trace| match greedy.filter(|known| Arc::ptr_eq(&known.trace, trace)) {
             Some(known) => known,
-            None => Arc::new(episode_of(&path, &task, trace.clone())),
+            None => Arc::new(episode_of(&path, &run.config().task, trace.clone())),
         });
         let agent = self.agents.latest(|(of, ..)| *of == path).map(|(_, agent)| agent.clone());
         let (prior, is_active, last) = (run.prior(), run.is_active(), run.episodes());
         let live = if is_active { live } else { self.last_episode(&path, last, shown).or(live) };
-        self.view.watched = Some(Watched { run: summary, task, prior, live, agent, greedy });
+        self.view.watched = Some(Watched { run: summary, prior, live, agent, greedy });
     }
 
     /// The last episode of a run that this program does not train, or an earlier one while it is being read.
@@ -79,7 +80,7 @@ pub(super) fn view_of(session: &Session, listing: &Listing) -> ViewModel {
         runs: listing.runs.clone(),
         groups: listing.groups().clone(),
         runs_unread: listing.unread(session),
-        runs_damaged: listing.damaged(session).len(),
+        damaged: listing.damaged(session),
         watched: None,
         hand: session.hand_play().clone(),
         model_work: session.model_work().map(|(name, progress)| (name, progress.share())),

@@ -93,7 +93,7 @@ fn damaged_runs_are_counted_and_each_is_logged_once() {
         workspace.view.log.iter().filter(|line| line.text.contains("config.json")).count()
     };
     for _ in 0..2 {
-        poll_until(&mut workspace, |workspace| workspace.view.runs_damaged == 1 && logged(workspace) == 1);
+        poll_until(&mut workspace, |workspace| workspace.view.damaged.len() == 1 && logged(workspace) == 1);
     }
     assert!(latest(&workspace).text.contains("damaged"), "{:?}", latest(&workspace));
     assert_eq!(workspace.view.runs.iter().filter(|run| run.name == "good").count(), 1);

@@ -37,7 +37,7 @@ fn a_run_from_elsewhere_is_opened_by_its_path() {
 
 #[test]
 fn an_empty_list_says_that_the_folder_is_being_read() {
-    check(ViewModel { runs_damaged: 1, ..grouped() }, "5", &[], "1 damaged: 8 tells why");
+    check(ViewModel { damaged: vec!["a: no".into()], ..grouped() }, "5", &[], "1 damaged: 8 tells why");
     check(ViewModel { runs_unread: 3, ..empty() }, "5", &[], "The runs in this folder are being read.");
 }
 
