@@ -84,15 +84,17 @@ impl App {
     /// # Errors
     /// When the command fails.
     pub fn apply_typed(&mut self, command: Command) -> Result<(), String> {
+        let chosen = self.chosen();
         let is_on_run = match &command {
             Command::Continue(continued) => continued.folder.is_none(),
             Command::Pause(_) | Command::Resume(_) | Command::Stop(_) | Command::Guide(_) => true,
             Command::Evaluate(_) | Command::Checkpoint(_) | Command::Fork(_) => true,
+            // The next runs get the schedule, too, for which none has to be chosen or watched.
+            Command::Epsilon(_) => chosen.len() == 1 && self.subject.run().is_some(),
             _ => false,
         };
-        match self.chosen().as_slice() {
-            // The next runs get the schedule, too, which needs no run.
-            [run] if is_on_run || command.is_epsilon() => self.apply_to(&run.path.clone(), command),
+        match chosen.as_slice() {
+            [run] if is_on_run => self.apply_to(&run.path.clone(), command),
             [_, _, ..] if is_on_run => Err(fill(&format!("what is typed is for a single run: {}", runs::SINGLE))),
             _ => self.try_apply(command),
         }
