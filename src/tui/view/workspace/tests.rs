@@ -3,7 +3,8 @@
 use std::thread;
 
 use super::*;
-use mge_run::{EpisodeRecord, RunDirectory, RunWriter};
+use crate::tui::view::RunSummary;
+use mge_run::{EpisodeRecord, RunDirectory, RunState, RunWriter};
 use mge_trainer::RunConfig;
 use mge_workbench::PriorState;
 
@@ -182,8 +183,8 @@ fn what_another_process_does_to_an_opened_run_is_seen() {
     let folder = tempfile::tempdir().unwrap();
     let lines = ["method ddpg-uniform", "episodes 2", "set ddpg.hidden 8", "train"];
     let mut workspace = workspace(folder.path(), &lines);
-    let is_finished = |workspace: &SessionWorkspace| workspace.view.runs[0].state == mge_run::RunState::Finished;
-    poll_until(&mut workspace, is_finished);
+    let is_over = |run: &RunSummary| run.state == RunState::Finished && !run.active;
+    poll_until(&mut workspace, |workspace| is_over(&workspace.view.runs[0]));
     let run = RunDirectory::open(workspace.view.runs[0].path.clone()).unwrap();
     run.change_notes(|notes| notes.name = "renamed".to_owned()).unwrap();
     poll_until(&mut workspace, |workspace| names(workspace) == ["renamed"]);
