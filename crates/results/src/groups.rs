@@ -80,12 +80,11 @@ impl<'a> Groups<'a> {
         groups
     }
 
-    /// Labels, each with its text in a legend: a single run that users gave a name has that.
+    /// Labels, each with its text in a legend: runs that users gave a [common name](common_name) have that.
     pub fn legend(&self) -> Vec<(String, String)> {
         let text = |label: &String| {
-            let mut rows = self.tasks.iter().flat_map(|task| self.of(task, label));
-            let name = rows.next().map(|row| &row.name).filter(|name| !name.is_empty() && rows.next().is_none());
-            (label.clone(), name.unwrap_or(label).clone())
+            let rows = self.tasks.iter().flat_map(|task| self.of(task, label));
+            (label.clone(), common_name(rows.map(|row| &*row.name)).unwrap_or(label).to_owned())
         };
         self.labels.iter().map(text).collect()
     }
@@ -159,6 +158,16 @@ impl<'a> Groups<'a> {
             improvement,
         }))
     }
+}
+
+/// The name of runs that users gave these names, empty for none: that of a single run, or else the only one, if several
+/// have it.
+pub fn common_name<'a>(names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let names: Vec<&str> = names.collect();
+    let given: Vec<&str> = names.iter().copied().filter(|name| !name.is_empty()).collect();
+    let (first, others) = given.split_first()?;
+    let is_common = others.iter().all(|name| name == first) && (names.len() == 1 || !others.is_empty());
+    is_common.then_some(first)
 }
 
 fn index_of(names: &[String], name: &str) -> Option<usize> {

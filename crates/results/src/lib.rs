@@ -37,7 +37,7 @@ pub use comparison::{Comparison, result_label};
 pub use composition::{Composed, Composition, OPTIONS};
 pub use error::ResultsError;
 pub use found::{FoundRun, RunReader, find_runs, is_listed_run, read_runs};
-pub use groups::{AREA, CHARGED_AREA, FINAL, Groups, Score};
+pub use groups::{AREA, CHARGED_AREA, FINAL, Groups, Score, common_name};
 pub use report::report;
 pub use report_folder::ReportFolder;
 pub use row::{LearningRow, TrainedRun};

@@ -35,7 +35,7 @@ impl<'a> Shown<'a> {
         match self {
             Self::Run(run, _) => [run.config.task.name.clone(), run.name.clone(), run.path.display().to_string()],
             Self::Group(group, _) => {
-                [group.task.clone(), group.label.clone(), format!("{}, {}", group.label, group.task)]
+                [group.task.clone(), group.name.clone(), format!("{}, {}", group.name, group.task)]
             }
         }
     }

@@ -180,8 +180,7 @@ fn labels(screens: &Screens, ui: &Ui) -> Vec<(String, String)> {
     let shown = ui.view.runs.iter().filter(|run| is_shown(&composition, &run.path));
     let entry = |run: &Arc<RunSummary>| {
         let group = ui.view.groups.of(&run.path)?;
-        let name = run.given_name().filter(|_| group.runs.len() == 1).unwrap_or(&group.label);
-        Some((group.label.clone(), name.to_owned()))
+        Some((group.label.clone(), group.name.clone()))
     };
     shown.filter_map(entry).collect::<BTreeMap<_, _>>().into_iter().collect()
 }

@@ -14,7 +14,7 @@ use super::{Curves, RunSummary};
 use crate::Loader;
 use mge_base::text::counted;
 use mge_figures::{Color, series};
-use mge_results::{Groups, LearningRow, Settings, distinguish};
+use mge_results::{Groups, LearningRow, Settings, common_name, distinguish};
 use mge_run::{Metric, RunHistory, RunState};
 use mge_stats::TaskScores;
 use mge_stats::aggregate::trimmed_mean;
@@ -28,6 +28,8 @@ pub struct RunGroup {
     pub task: String,
     /// Method, threshold and other distinguishing settings, as in reports.
     pub label: String,
+    /// Its name: the [common one](common_name) that users gave its runs, or else its label.
+    pub name: String,
     /// Its colour, the same wherever it or one of its runs is shown.
     pub color: Color,
     /// Folders of its runs, ordered by seed.
@@ -53,7 +55,7 @@ impl RunGroup {
         let (seeds, runs) = (self.seeds, self.runs.len());
         let of_runs = if runs > seeds { format!(", {runs} runs") } else { String::new() };
         let changed = if self.changed > 0 { format!(", {} changed", self.changed) } else { String::new() };
-        format!("{} ({}{of_runs}{changed})", self.label, counted(seeds, "seed"))
+        format!("{} ({}{of_runs}{changed})", self.name, counted(seeds, "seed"))
     }
 }
 
@@ -149,9 +151,11 @@ impl Grouping {
                 let curves: Vec<(&Curves, bool)> = curves.collect();
                 // The own curves of a single run are enough, and there are none before half of several have been read.
                 let of_group = (members.len() > 1).then(|| GroupCurves::new(&curves));
+                let names = members.iter().map(|run| run.given_name().unwrap_or_default());
                 let group = RunGroup {
                     task: task.clone(),
                     label: label.clone(),
+                    name: common_name(names).unwrap_or(label).to_owned(),
                     color: look.color,
                     runs: members.iter().map(|run| run.path.clone()).collect(),
                     changed: members.iter().filter(|run| run.changed.is_some()).count(),
@@ -257,7 +261,7 @@ impl Grouper {
 fn key_of(runs: &[Arc<RunSummary>]) -> u64 {
     let mut hasher = DefaultHasher::new();
     for run in runs {
-        (&run.path, run.done, run.episodes(), run.curves.last_episode(), run.damaged).hash(&mut hasher);
+        (&run.path, &run.name, run.done, run.episodes(), run.curves.last_episode(), run.damaged).hash(&mut hasher);
     }
     hasher.finish()
 }

@@ -1,5 +1,6 @@
 //! What keys do with the selected line of the list, and with the list itself.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::super::Ui;
@@ -10,6 +11,7 @@ use crate::tui::actions::Tab;
 use crate::tui::effect::Effect;
 use crate::tui::layers::Form;
 use crate::tui::view::{Level, RunSummary};
+use mge_base::text::counted;
 use mge_run::{Notes, RunDirectory};
 use mge_workbench::{Command, command};
 
@@ -102,32 +104,44 @@ pub fn fork(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
     })
 }
 
-/// Asks for a text of a run, which is taken as it is typed, unless another program has written one meanwhile.
-fn ask(run: &RunSummary, [what, hint]: [&str; 2], text: &str, set: fn(PathBuf, String) -> Command) -> Vec<Effect> {
+/// The command that sets a text of the run in a folder.
+type SetText = fn(PathBuf, String) -> Command;
+
+/// Asks for a text of runs, which is taken as it is typed, unless another program has written one meanwhile.
+fn ask(runs: &[&RunSummary], [what, hint]: [&str; 2], text: fn(&RunSummary) -> &str, set: SetText) -> Vec<Effect> {
     let now = |folder: &Path| RunDirectory::at(folder).notes().unwrap_or_default();
-    let (folder, before) = (run.path.clone(), now(&run.path));
+    let before: Vec<(PathBuf, Notes)> = runs.iter().map(|run| (run.path.clone(), now(&run.path))).collect();
+    let texts: BTreeSet<&str> = runs.iter().map(|run| text(run)).collect();
+    let text = if texts.len() == 1 { texts.into_iter().collect() } else { String::new() };
+    let which = if let [run] = runs { run.name.clone() } else { counted(runs.len(), "run") };
+    let title = format!("{what} {which}");
     let read = move |text: &str| {
-        let (folder, before, text) = (folder.clone(), before.clone(), text.to_owned());
-        Ok(Effect::new(move |app| match now(&folder) {
-            now if now == before => app.try_apply(set(folder, text)),
-            Notes { name, note, .. } => {
-                Err(format!("another program has written `{name} {note}`: close this and open it again"))
+        let (before, text, which) = (before.clone(), text.to_owned(), which.clone());
+        Ok(Effect::new(move |app| {
+            let mut found = before.iter().map(|(folder, before)| (now(folder), before));
+            if let Some((Notes { name, note, .. }, _)) = found.find(|(now, before)| now != *before) {
+                return Err(format!("another program has written `{name} {note}`: close this and open it again"));
             }
+            before.iter().try_for_each(|(folder, _)| app.try_apply(set(folder.clone(), text.clone())))?;
+            if before.len() > 1 {
+                app.show_message(Level::Good, format!("{text}: {which}"));
+            }
+            Ok(())
         }))
     };
-    vec![Effect::open(Form::prompt(format!("{what} {}", run.name), hint, text, read))]
+    vec![Effect::open(Form::prompt(title, hint, text, read))]
 }
 
-/// Asks for the note on a run.
-pub fn edit_note(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
+/// Asks for the note on runs.
+pub fn edit_note(runs: &[&RunSummary], _: &Ui) -> Vec<Effect> {
     let set = |folder, text| command::Note { folder, text }.into();
-    on_single(runs, ui, "given a note", |run| ask(run, ["note on", "no text removes it"], &run.note, set))
+    ask(runs, ["note on", "no text removes it"], |run| &run.note, set)
 }
 
-/// Asks for the name of a run.
-pub fn rename(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
+/// Asks for the name of runs.
+pub fn rename(runs: &[&RunSummary], _: &Ui) -> Vec<Effect> {
     let set = |folder, name| command::Rename { folder, name }.into();
-    on_single(runs, ui, "renamed", |run| ask(run, ["name of", "no text: that of its folder"], &run.name, set))
+    ask(runs, ["name of", "no text: that of its folder"], |run| &run.name, set)
 }
 
 /// Asks which runs are listed.

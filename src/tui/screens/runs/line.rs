@@ -61,7 +61,7 @@ impl<'a> Line<'a> {
     pub fn name(&self) -> String {
         match self {
             Self::Run(run, _) => run.name.clone(),
-            Self::Group(group, ..) => format!("{}: {}", group.task, group.label),
+            Self::Group(group, ..) => format!("{}: {}", group.task, group.name),
         }
     }
 
@@ -74,10 +74,12 @@ impl<'a> Line<'a> {
             Self::Run(run, is_below) => {
                 let changed = if changed > 0 { " (changed)" } else { "" };
                 let place = if elsewhere > 0 { " (elsewhere)" } else { "" };
-                (if *is_below { "  " } else { "" }, run.name.clone(), [changed, place].concat())
+                let seed = run.given_name().filter(|_| *is_below).map(|_| format!(", seed {}", run.config.seed));
+                let name = format!("{}{}", run.name, seed.unwrap_or_default());
+                (if *is_below { "  " } else { "" }, name, [changed, place].concat())
             }
             Self::Group(group, runs, _) => {
-                let label = if several_tasks { self.name() } else { group.label.clone() };
+                let label = if several_tasks { self.name() } else { group.name.clone() };
                 let some = |count, word| if count > 0 { format!(", {count} {word}") } else { String::new() };
                 let some = some(changed, "changed") + &some(elsewhere, "elsewhere");
                 ("", label, format!(" ({}{some})", runs.len()))

@@ -83,7 +83,7 @@ pub fn draw(
     let [header, rows] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(area);
     let several_tasks = ui.view.runs.iter().any(|run| run.config.task.name != ui.view.runs[0].config.task.name);
     let labels: BTreeSet<&str> =
-        ui.view.runs.iter().filter_map(|run| Some(&*ui.view.groups.of(&run.path)?.label)).collect();
+        ui.view.runs.iter().filter_map(|run| Some(&*ui.view.groups.of(&run.path)?.name)).collect();
     let named = lines.iter().take(columns::JUDGED).map(|line| line.named(usize::from(NAME[1]), several_tasks, &labels));
     let states = lines.iter().take(columns::JUDGED).map(|line| width(&line.state(theme).0) as u16);
     let state_width = states.max().unwrap_or(0).clamp(STATE[0], STATE[1]);

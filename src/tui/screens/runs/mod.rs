@@ -235,7 +235,8 @@ fn about_group(group: &RunGroup, runs: &[&RunSummary], hidden: usize) -> String 
     let mut seeds: Vec<String> = runs.iter().map(|run| run.config.seed.to_string()).collect();
     seeds.dedup();
     let word = if seeds.len() == 1 { "seed" } else { "seeds" };
-    let mut text = format!("{} on {}, {word} {}", group.label, group.task, seeds.join(", "));
+    let label = if group.name == group.label { String::new() } else { format!(" ({})", group.label) };
+    let mut text = format!("{}{label} on {}, {word} {}", group.name, group.task, seeds.join(", "));
     let changed: Vec<&str> = runs.iter().filter(|run| run.changed.is_some()).map(|run| &*run.name).collect();
     if !changed.is_empty() {
         text = format!("{text}, changed: {}", changed.join(", "));

@@ -1,7 +1,7 @@
 //! The list of runs, by keys and mouse.
 
 use super::*;
-use crate::tui::view::RunSummary;
+use crate::tui::view::{Grouping, RunSummary};
 
 #[test]
 fn the_selected_run_stays_selected_when_others_are_added() {
@@ -226,12 +226,22 @@ fn a_filter_resets_the_selection_and_a_deletion_keeps_its_row() {
 }
 
 #[test]
+fn a_group_has_the_name_that_its_runs_are_given_together() {
+    let of_all = |what: &str, text: &str| [0, 1, 2].map(|seed| format!("{what} runs/plain-{seed} {text}"));
+    check(grouped(), "5 n p l a i n enter", &of_all("rename", "plain").each_ref().map(|it| &**it), "plain: 3 runs");
+    check(grouped(), "5 i g o o d enter", &of_all("note", "good").each_ref().map(|it| &**it), "good: 3 runs");
+    let mut view = grouped();
+    (3..6).for_each(|place| change_run(&mut view, place, |run| run.name = "my baseline".into()));
+    view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default()));
+    check(view.clone(), "5", &[], "my baseline (3)");
+    check(view, "5 tab", &[], "  my baseline, seed 1");
+}
+
+#[test]
 fn what_cannot_be_done_with_a_line_is_explained() {
     check(typical(), "5 tab", &[], "a group of runs that differ in the seed only");
     check(grouped(), "5 F", &[], "only a single run can be forked");
     check(grouped(), "5 v", &[], "only a single run can be evaluated");
-    check(grouped(), "5 n", &[], "only a single run can be renamed: space removes a mark, tab shows the runs");
-    check(grouped(), "5 i", &[], "only a single run can be given a note");
     for typed in ["s t o p", "p a u s e", "f o r k space 9"] {
         check(grouped(), &format!("5 : {typed} enter"), &[], "what is typed is for a single run: space removes a mark");
     }
