@@ -52,7 +52,7 @@ fn a_run_is_shown_and_two_are_compared() {
     train(here, "b", &["--set", "ddpg.gamma=0.5"]);
     let shown = json_of(here, &["show", "b", "--json"]);
     assert_eq!([&shown["settings"]["ddpg.gamma"], &shown["results"]["episodes"]], [&json!("0.5"), &json!(4)]);
-    let [charged, others] = ["charged_actions", "charged"].map(|key| shown["results"][key].as_u64());
+    let [charged, others] = ["charged_actions", "charged_outside"].map(|key| shown["results"][key].as_u64());
     assert!(charged > Some(4) && others == Some(0), "{shown}");
     let lines = succeed(mge(here, ["show", "b"]));
     let has = |name: &str, value: &str| lines.lines().any(|line| line.starts_with(name) && line.ends_with(value));

@@ -60,8 +60,8 @@ pub struct LearningRow {
     pub charged_actions: Option<u64>,
     /// Number of actions in the real environment outside its episodes and practice: for the clusters and the model. This
     /// and the other charged actions are missing in runs of earlier versions, which did not count them.
-    #[serde(default)]
-    pub charged: Option<u64>,
+    #[serde(default, alias = "charged")]
+    pub charged_outside: Option<u64>,
     /// Mean success of the greedy evaluations in the last tenth of the run.
     pub greedy_success: Option<f64>,
 }
@@ -160,7 +160,7 @@ impl LearningRow {
             charged_to_80: at_80.and_then(|record| record.charged_actions),
             charged_actions: last.and_then(|record| record.charged_actions),
             // Charged, but not taken in episodes or practice.
-            charged: last.and_then(|record| Some(record.charged_actions?.saturating_sub(record.environment_steps))),
+            charged_outside: last.and_then(|record| Some(record.charged_actions?.saturating_sub(record.environment_steps))),
             greedy_success: (!greedy.is_empty()).then(|| greedy.iter().sum::<f64>() / greedy.len() as f64),
             ..Self::default()
         }

@@ -15,6 +15,8 @@ pub fn interventions(config: &RunConfig, events: &[Event]) -> Vec<(u64, String)>
             Event::ClustersChanged { .. } => "other clusters".to_owned(),
             Event::Paused { .. } => "paused".to_owned(),
             Event::Started { episode, .. } if *episode == begins => return None,
+            // Of the run that it comes from, which may be a fork itself.
+            Event::Started { episode, .. } if *episode < begins => "continued or forked".to_owned(),
             Event::Started { .. } => "continued".to_owned(),
             _ => return None,
         };
@@ -61,7 +63,7 @@ mod tests {
         };
         let continued = |config: &RunConfig| {
             let found = interventions(config, &[started(0), started(30), started(55)]).into_iter();
-            found.filter(|(_, text)| text == "continued").map(|(episode, _)| episode).collect::<Vec<_>>()
+            found.filter(|(_, text)| text.starts_with("continued")).map(|(episode, _)| episode).collect::<Vec<_>>()
         };
         assert_eq!(continued(&config), [30, 55]);
         let mut unscheduled = config.clone();
@@ -70,5 +72,6 @@ mod tests {
         config.fork = Some(Fork { run: "a".into(), episode: 55, changes: vec!["seed=1".into()], tasks: Vec::new() });
         assert_eq!(texts(&config)[1], "55 forked from a at episode 55 with seed=1");
         assert_eq!(continued(&config), [0, 30], "the fork begins at episode 55");
+        assert_eq!(interventions(&config, &[started(30)])[0].1, "continued or forked");
     }
 }
