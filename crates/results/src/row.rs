@@ -160,7 +160,8 @@ impl LearningRow {
             charged_to_80: at_80.and_then(|record| record.charged_actions),
             charged_actions: last.and_then(|record| record.charged_actions),
             // Charged, but not taken in episodes or practice.
-            charged_outside: last.and_then(|record| Some(record.charged_actions?.saturating_sub(record.environment_steps))),
+            charged_outside: last
+                .and_then(|record| Some(record.charged_actions?.saturating_sub(record.environment_steps))),
             greedy_success: (!greedy.is_empty()).then(|| greedy.iter().sum::<f64>() / greedy.len() as f64),
             ..Self::default()
         }

@@ -87,7 +87,8 @@ fn a_study_is_the_same_on_any_number_of_threads_and_after_an_interruption() {
     let mut reports = Vec::new();
     let report = run(1, whole.path(), &never, &mut |now| reports.push(now.message.to_owned())).unwrap();
     assert_eq!((report.models.len(), report.hits.len()), (1, 4));
-    let charged = |rows: &[LearningRow]| -> Vec<bool> { rows.iter().map(|row| row.charged_outside > Some(0)).collect() };
+    let charged =
+        |rows: &[LearningRow]| -> Vec<bool> { rows.iter().map(|row| row.charged_outside > Some(0)).collect() };
     let [ddpg, guided] = [false, true];
     assert_eq!(charged(&report.learning), [[ddpg; 2].as_slice(), &[guided; 4]].concat());
     // Uniform actions and noise need neither clusters from rollouts nor launches.
