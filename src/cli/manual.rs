@@ -26,7 +26,10 @@ const ENVIRONMENT: [(&str, &str); 8] = [
     ("MGE_NOTIFY", "How to announce that a training is finished or has failed: bell, desktop or off."),
     ("XDG_CACHE_HOME", "Folder of the cache of models, `mge/models`; else `~/.cache`."),
     ("MGE_THEME", "Words such as `light,256,ascii`: dark, light, colour-blind; none, 256, true; braille, ascii."),
-    ("MGE_GRAPHICS", "How figures are shown: kitty, sixel, iterm2 or half-block."),
+    (
+        "MGE_GRAPHICS",
+        "How figures are shown: as kitty, sixel or iterm2 pictures, or none, as charts and scenes in text.",
+    ),
     ("NO_COLOR", "No colours, if it is not empty."),
     ("COLORTERM, TERM", "They determine the colours that the terminal can show."),
     (

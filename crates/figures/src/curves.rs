@@ -6,7 +6,7 @@ use super::canvas::{Canvas, TextFormat};
 use super::data::{Curve, Statistics, labels, text_of};
 use super::layout::{LEGEND, Mark, NOTE, around_panels, legend_height, note_height, panels};
 use super::plot_style::PlotStyle;
-use super::style::{DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, Series, series};
+use super::style::{Color, DOUBLE_COLUMN, GREY, LINE_WIDTH, MARGIN, Series, series};
 use super::table::Table;
 use super::tasks::{COLUMNS, heading};
 
@@ -32,9 +32,8 @@ pub struct LearningCurves {
     pub legend: Vec<(String, String)>,
     /// Label of the reference curve, which is grey and uses up none of the other curves' colours.
     pub reference: Option<String>,
-    /// Labels among which each curve has its colour: those of all runs where only some are shown. If empty, those of
-    /// the curves.
-    pub known: Vec<String>,
+    /// Colours of labels; others have those of [`series`].
+    pub colors: Vec<(String, Color)>,
     /// Size, font size, axes and bands.
     pub style: PlotStyle,
 }
@@ -113,16 +112,13 @@ struct Legend<'f> {
 }
 
 impl<'f> Legend<'f> {
-    /// A legend in this order, of labels and texts, with the colours that the labels have among the `known` ones.
-    fn new(order: Vec<(&'f str, &'f str)>, reference: Option<&str>, known: &[String]) -> Self {
+    /// A legend in this order, of labels and texts, with the `known` colours of labels.
+    fn new(order: Vec<(&'f str, &'f str)>, reference: Option<&str>, known: &[(String, Color)]) -> Self {
         let is_reference = |label: &str| Some(label) == reference;
         let others: Vec<&str> = order.iter().map(|(label, _)| *label).filter(|label| !is_reference(label)).collect();
         let mut looks = series(&others);
-        let known: Vec<&str> = known.iter().map(String::as_str).collect();
-        let colours = series(&known);
         for (look, label) in looks.iter_mut().zip(&others) {
-            let place = known.iter().position(|known| known == label);
-            look.color = place.map_or(look.color, |place| colours[place].color);
+            look.color = known.iter().find(|(known, _)| known == label).map_or(look.color, |(_, color)| *color);
         }
         let mut looks = looks.into_iter();
         let grey = || Series { color: GREY, dash: REFERENCE };
@@ -176,9 +172,15 @@ impl LearningCurves {
         let others =
             there.into_iter().filter(is_shown).filter(|label| self.legend.iter().all(|(known, _)| known != label));
         order.extend(others.map(|label| (label, label)).collect::<Vec<_>>());
-        let legend = Legend::new(order, self.reference.as_deref(), &self.known);
+        let legend = Legend::new(order, self.reference.as_deref(), &self.colors);
         let has_intervals = curves.iter().any(|curve| !curve.low.is_empty());
         Legend { banded: legend.banded && has_intervals && !self.style.without_bands, ..legend }
+    }
+
+    /// The label, the text and the colour of each curve in legend order, and whether they have bands.
+    pub fn entries(&self) -> (Vec<(&str, &str, Color)>, bool) {
+        let Legend { entries, banded } = self.legend();
+        (entries.into_iter().map(|(label, text, look)| (label, text, look.color)).collect(), banded)
     }
 
     /// Width of the page before magnification, in points.
@@ -231,6 +233,10 @@ impl Figure for LearningCurves {
         self.style.scale()
     }
 
+    fn curves(&self) -> Option<&LearningCurves> {
+        Some(self)
+    }
+
     fn draw(&self, canvas: &Canvas) {
         let curves = self.legend();
         let empty = self.panels.is_empty().then_some("no learning curves");
@@ -256,26 +262,5 @@ impl Figure for LearningCurves {
             }
         }
         table
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Color;
-
-    #[test]
-    fn a_curve_has_its_colour_among_all_known_ones() {
-        let known = ["ours", "theirs", "DDPG", "DDPG, gamma 0.5"].map(str::to_owned);
-        let among: Vec<Color> = series(&known.each_ref().map(|label| &**label)).iter().map(|look| look.color).collect();
-        for (label, color) in known.iter().zip(among) {
-            let curve = Curve { label: label.clone(), x: vec![1.0], y: vec![0.5], ..Curve::default() };
-            let figure = LearningCurves {
-                panels: vec![CurvePanel { task: "task1".into(), curves: vec![curve] }],
-                known: known.to_vec(),
-                ..LearningCurves::default()
-            };
-            assert_eq!(figure.legend().entries[0].2.color, color, "{label}");
-        }
     }
 }

@@ -68,5 +68,5 @@ pub use relative::{Edge, Instant, RelativeFrames};
 pub use render::rgb;
 pub use scene::Mover;
 pub use style::{Color, DEFAULT_DPI};
-pub use style::{series, shade};
+pub use style::{colors, series, shade};
 pub use tasks::TaskGrid;

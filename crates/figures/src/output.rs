@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::canvas::{Canvas, svg};
+use super::curves::LearningCurves;
 use super::error::FigureError;
 use super::provenance::Provenance;
 use super::render;
@@ -37,6 +38,11 @@ pub trait Figure {
 
     /// Every number in the figure.
     fn table(&self) -> Table;
+
+    /// The learning curves that it shows, for displays that draw them themselves.
+    fn curves(&self) -> Option<&LearningCurves> {
+        None
+    }
 
     /// The figure as `width` x `height` pixels, rows of red, green, blue bytes. It is scaled to fit; the panels grow
     /// into the remaining space.

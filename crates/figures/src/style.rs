@@ -97,26 +97,40 @@ pub struct Series {
 }
 
 /// The styles of series with these labels, in legend order. A label has the same colour in any order of the same
-/// labels: that of its method or, if another label has it, one of the others; after twelve, shades.
+/// labels.
 pub fn series(labels: &[&str]) -> Vec<Series> {
     let mut sorted: Vec<&str> = labels.to_vec();
     // The plain name of a method comes before its variants.
     sorted.sort_unstable_by_key(|label| (method(label).is_none_or(|(name, _)| name != *label), *label));
     sorted.dedup();
-    let mut colors: Vec<(&str, Color)> = Vec::new();
-    for label in sorted {
-        let first = label.bytes().fold(0, |sum: usize, byte| sum.wrapping_mul(31).wrapping_add(byte.into()));
-        let other = |next: usize| PALETTE[first.wrapping_add(next) % PALETTE.len()];
-        let own = method(label).map(|(_, color)| color);
-        let is_free = |color: &Color| colors.iter().all(|(_, taken)| taken != color);
-        let color = own.into_iter().chain((0..PALETTE.len()).map(other)).find(is_free);
-        colors.push((label, color.unwrap_or_else(|| shade(other(0), colors.len() / PALETTE.len()))));
-    }
+    let colors = colors(&sorted.iter().map(|label| (*label, None)).collect::<Vec<_>>());
     let look = |(place, label): (usize, &&str)| {
-        let color = colors.iter().find(|(known, _)| known == label).map_or(GREY, |(_, color)| *color);
+        let color = sorted.iter().position(|known| known == label).map_or(GREY, |place| colors[place]);
         Series { color, dash: DASHES[place % DASHES.len()] }
     };
     labels.iter().enumerate().map(look).collect()
+}
+
+/// The colours of different labels, given in this order: the one that a label has had, or else that of its method or,
+/// if another label has it, one of the others; after twelve, shades. Further labels at the end change none of them.
+pub fn colors(labels: &[(&str, Option<Color>)]) -> Vec<Color> {
+    let mut given: Vec<Option<Color>> = Vec::new();
+    for (_, had) in labels {
+        given.push(had.filter(|color| !given.contains(&Some(*color))));
+    }
+    for (place, (label, _)) in labels.iter().enumerate() {
+        let own = method(label);
+        // All that begins with the same method tries the same colours: the rest of a label changes with other labels.
+        let name = own.map_or(*label, |(name, _)| name);
+        let first = name.bytes().fold(0, |sum: usize, byte| sum.wrapping_mul(31).wrapping_add(byte.into()));
+        let other = |next: usize| PALETTE[first.wrapping_add(next) % PALETTE.len()];
+        let mut free = own.map(|(_, color)| color).into_iter().chain((0..PALETTE.len()).map(other));
+        if given[place].is_none() {
+            let free = free.find(|color| !given.contains(&Some(*color)));
+            given[place] = free.or_else(|| Some(shade(other(place), place / PALETTE.len())));
+        }
+    }
+    given.into_iter().flatten().collect()
 }
 
 /// The method with the longest name that the label begins with.

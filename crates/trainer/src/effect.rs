@@ -109,11 +109,16 @@ fn doubts(config: &RunConfig) -> Vec<String> {
     let mut doubts = Vec::new();
     if method.is_adaptive() && !matches!(epsilon, EpsilonSchedule::Need { .. }) {
         let usual = RunConfig::default_for(config.task.clone(), *method).epsilon;
-        let other = method.has_clusters().then_some("; a method with a schedule is `ddpg-mge`");
-        doubts.push(format!(
-            "epsilon {epsilon} cripples `{method}`, which explores by need: its default is {usual}{}",
-            other.unwrap_or_default()
-        ));
+        doubts.push(match method.has_clusters() {
+            true => format!(
+                "epsilon {epsilon} cripples `{method}`, which explores by need: its default is {usual}; a method with a \
+                 schedule is `ddpg-mge`"
+            ),
+            false => format!(
+                "epsilon {epsilon} has no effect but to end the exploration by need: `{method}` has no clusters to \
+                 choose, so noise is always added; its default is {usual}"
+            ),
+        });
     }
     if method.uses("epsilon")
         && let Some((wanted, end)) = epsilon.unreached(*episodes)
@@ -176,9 +181,10 @@ mod tests {
         use Method::*;
         /// A method, settings, and what the line has.
         type Case = (Method, &'static [(&'static str, &'static str)], &'static str);
-        let cases: [Case; 20] = [
+        let cases: [Case; 21] = [
             (DdpgMgeAdaptive, &[("epsilon", "0.1")], "cripples `ddpg-mge-adaptive`"),
             (DdpgAdaptive, &[("epsilon", "linear:0.5:0:1000")], "its default is need:0:0.75:20"),
+            (DdpgAdaptive, &[("epsilon", "0.3")], "epsilon 0.3 has no effect but to end"),
             (DdpgMge, &[("episodes", "500")], "after 500 episodes it is 0.25"),
             (DdpgMge, &[("episodes", "500"), ("epsilon", "exp:0.8:0:0.999")], "longer than the run"),
             (DdpgMge, &[("episodes", "500"), ("epsilon", "step:0.8:0.5:600")], "longer than the run"),

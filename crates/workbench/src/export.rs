@@ -152,7 +152,10 @@ mod tests {
         // The colour of a run does not depend on which others are shown.
         let plain = options(&[&format!("runs={}", first.runs()[0].directory().path().display())]);
         let Composed { figure, .. } = plain.figure(&session.reader, &mut |_, _| ()).unwrap();
-        assert_eq!((figure.panels[0].curves.len(), &*figure.known), (1, &["DDPG".to_owned(), label.to_owned()][..]));
+        assert_eq!(
+            (figure.panels[0].curves.len(), figure.colors[0].0.as_str(), figure.colors[1].0.as_str()),
+            (1, "DDPG", label)
+        );
         let alone = text(&mut session, "curve=DDPG");
         assert!(!alone.contains("uniform"), "{alone}");
         let foreign = drawn(&session, &options(&["curve=DDPG", "name=Größe 测试 ★"])).unwrap().remark;

@@ -110,8 +110,8 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
     ]),
     (Curves, &[
         ("large", "enter", "large", "", "show the selected curve alone, or all of them", Change(|s, _| s.curves.alone ^= true)),
-        ("zoom-in", "z", "zoom", "", "show fewer episodes, larger", Change(|s, ui| training::zoom(s, ui, 0.5, None))),
-        ("zoom-out", "Z", "", "", "show more episodes", Change(|s, ui| training::zoom(s, ui, 2.0, None))),
+        ("zoom-in", "z", "zoom", "", "show fewer episodes, larger", Change(|s, ui| training::zoom(s.curves_on(Tab::Training), ui, 0.5, None))),
+        ("zoom-out", "Z", "", "", "show more episodes", Change(|s, ui| training::zoom(s.curves_on(Tab::Training), ui, 2.0, None))),
         ("whole-range", "0", "", "", "show all episodes", Change(|s, _| s.curves.range = Range::Whole)),
         ("next-axis", "X", "", "", "draw against episodes, actions, charged actions, or the time of training", Change(|s, _| s.curves.axis = XAxis::ALL[(s.curves.axis as usize + 1) % XAxis::ALL.len()])),
         ("more-differences", "+", "", "", "show further settings in which two compared runs differ", Change(|s, _| s.runs.page += 1)),

@@ -51,7 +51,7 @@ impl App {
             }
             Some(HitRegion::Row(row)) => self.select_row(row),
             Some(HitRegion::Chart(axes, metric)) => {
-                self.screens.curves.selected = metric;
+                self.screens.curves_on(self.tab).0.selected = metric;
                 self.drag = Some(Drag::Crosshair);
                 self.move_crosshair(&axes, at.0);
             }
@@ -61,13 +61,16 @@ impl App {
     }
 
     /// The episode in a column of a chart.
-    fn episode_at(&self, axes: &Axes, column: u16) -> f32 {
-        training::episode_at(&self.screens.curves, &self.screens.runs, &self.ui(), axes.x_at(column))
+    fn episode_at(&mut self, axes: &Axes, column: u16) -> f32 {
+        let tab = self.tab;
+        let (screens, ui) = self.screens_and_ui();
+        let (curves, runs) = screens.curves_on(tab);
+        training::episode_at(curves, runs, &ui, axes.x_at(column))
     }
 
     fn move_crosshair(&mut self, axes: &Axes, column: u16) {
-        let to = self.episode_at(axes, column);
-        self.act(|screens, ui| training::move_crosshair(&mut screens.curves, &screens.runs, ui, to));
+        let (to, tab) = (self.episode_at(axes, column), self.tab);
+        self.act(|screens, ui| training::move_crosshair(screens.curves_on(tab), ui, to));
     }
 
     fn drag_to(&mut self, (column, row): (u16, u16)) -> bool {
@@ -102,7 +105,7 @@ impl App {
             Some(HitRegion::Chart(axes, _)) => Some(self.episode_at(&axes, at.0).round()),
             _ => None,
         };
-        std::mem::replace(&mut self.screens.curves.hovered, crosshair) != crosshair
+        std::mem::replace(&mut self.screens.curves_on(self.tab).0.hovered, crosshair) != crosshair
     }
 
     fn scroll(&mut self, at: (u16, u16), up: bool) -> bool {
@@ -118,9 +121,9 @@ impl App {
         }
         match region {
             Some(HitRegion::Chart(axes, _)) => {
-                let centre = self.episode_at(&axes, at.0);
+                let (centre, tab) = (self.episode_at(&axes, at.0), self.tab);
                 let (screens, ui) = self.screens_and_ui();
-                training::zoom(screens, &ui, if up { 0.5 } else { 2.0 }, Some(centre));
+                training::zoom(screens.curves_on(tab), &ui, if up { 0.5 } else { 2.0 }, Some(centre));
             }
             Some(HitRegion::Scene(..)) => self.screens.scene.player.change_speed(up),
             _ if self.tab == Tab::Training => self.screens.curves.select_neighbour(if up { -1 } else { 1 }),

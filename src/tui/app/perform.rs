@@ -133,6 +133,7 @@ impl App {
     pub fn apply_confirmed(&mut self, command: Command) -> Result<(), String> {
         let [is_schedule, is_task] = [matches!(command, Command::Epsilon(_)), matches!(command, Command::Task(_))];
         let is_training = matches!(command, Command::Train(_));
+        let begins_hand_play = matches!(command, Command::Place(_)) && self.screens.scene.hand.is_none();
         let report = self.workspace.apply(command)?;
         if !report.is_empty() {
             self.workspace.log(Level::Info, report.clone());
@@ -148,7 +149,8 @@ impl App {
         let level = if report.starts_with("not placed") { Level::Warning } else { Level::Good };
         self.show_message(level, report);
         // Update the subject at once: the next effect may refer to it.
-        self.choose_subject(None, false);
+        let choice = begins_hand_play.then(|| self.screens.scene.take_tool(self.workspace.view()));
+        self.choose_subject(choice, false);
         if is_training {
             self.follow_watched(false);
         }

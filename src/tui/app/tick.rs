@@ -103,7 +103,8 @@ impl App {
     fn request_curves(&mut self) {
         let ui = self.ui();
         let mut wanted = match self.tab {
-            Tab::Scene | Tab::Training => training::wanted(&self.screens.curves, &self.screens.runs, &ui),
+            Tab::Scene => training::wanted(&self.screens.beside, &self.screens.runs, &ui),
+            Tab::Training => training::wanted(&self.screens.curves, &self.screens.runs, &ui),
             Tab::Runs => runs::wanted(&self.screens.runs, &ui),
             _ => return,
         };
@@ -158,12 +159,15 @@ impl App {
         let next = next || self.screens.scene.player.is_resting();
         let subject = Subject::choose(self.workspace.view(), &choice, Some(&self.subject), next);
         let is_other = !Arc::ptr_eq(&subject.episode, &self.subject.episode);
-        if subject.run().map(|run| &run.path) != self.subject.run().map(|run| &run.path) {
-            // The window of one run does not suit another.
-            let curves = &mut self.screens.curves;
-            (curves.range, curves.crosshair, curves.hovered) = (Range::Whole, None, None);
+        let is_other_run = subject.run().map(|run| &run.path) != self.subject.run().map(|run| &run.path);
+        for tab in [Tab::Scene, Tab::Training] {
+            let curves = self.screens.curves_on(tab).0;
+            if is_other_run {
+                // The window of one run does not suit another.
+                (curves.range, curves.crosshair, curves.hovered) = (Range::Whole, None, None);
+            }
+            curves.follow(self.subject.past_episode(), subject.past_episode(), tab == self.tab);
         }
-        self.screens.curves.follow(self.subject.past_episode(), subject.past_episode());
         self.subject = subject;
         if is_other || next {
             self.screens.scene.begin(&self.subject, is_other);

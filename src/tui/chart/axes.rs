@@ -7,6 +7,7 @@ use ratatui::text::Line;
 use ratatui::widgets::Widget;
 
 use super::range::Window;
+use crate::tui::widgets::columns::shortened;
 use crate::tui::widgets::theme::Theme;
 use mge_figures::{labelled_ticks, value_labels};
 
@@ -57,10 +58,10 @@ pub(super) const GUTTER: u16 = 6;
 impl Axes {
     /// Draws axes and labels into `area`. None if it is too small for a plot.
     ///
-    /// The labels of the x axis count units of a size.
+    /// The labels of the x axis count units of a size and a name, which is left of them.
     pub fn draw(
         area: Rect,
-        (x, unit): (Window, f32),
+        (x, unit): (Window, (f32, &str)),
         y: [f32; 2],
         scale: Scale,
         theme: &Theme,
@@ -91,8 +92,11 @@ impl Axes {
         }
     }
 
-    fn draw_x(&self, unit: f32, theme: &Theme, buffer: &mut Buffer) {
-        let mut free = self.plot.x;
+    fn draw_x(&self, (unit, name): (f32, &str), theme: &Theme, buffer: &mut Buffer) {
+        let room = usize::from(GUTTER + self.plot.width / 2);
+        let (x, y) = (self.plot.x - GUTTER, self.plot.bottom());
+        let (end, _) = buffer.set_stringn(x, y, shortened(name, room, false), room, theme.faint());
+        let mut free = self.plot.x.max(end + 1);
         let most = usize::from(self.plot.width / 10).clamp(2, 8);
         for (value, text) in labelled_ticks([self.x.from / unit, self.x.to / unit], most) {
             let (Some(column), width) = (self.column(value * unit), text.len() as u16) else { continue };
@@ -165,7 +169,7 @@ mod tests {
             let area = Rect { x: 0, y: 0, width, height };
             let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
             let x = Window { from: 0.0, to: 10.0 };
-            Axes::draw(area, (x, 1.0), y, Scale::Linear, &theme, &mut Buffer::empty(area))
+            Axes::draw(area, (x, (1.0, "")), y, Scale::Linear, &theme, &mut Buffer::empty(area))
         };
         assert!(draw(GUTTER + 3, 3, [0.0, 1.0]).is_none() && draw(GUTTER + 4, 2, [0.0, 1.0]).is_none());
         let axes = draw(GUTTER + 4, 3, [0.0, 1.0]).unwrap();
@@ -181,7 +185,7 @@ mod tests {
             let mut buffer = Buffer::empty(area);
             let theme = Theme::new(Palette::Dark, Depth::True, Marker::Braille);
             let x = Window { from: 1.0, to };
-            assert!(Axes::draw(area, (x, 1.0), [0.0, 1.0], Scale::Linear, &theme, &mut buffer).is_some());
+            assert!(Axes::draw(area, (x, (1.0, "")), [0.0, 1.0], Scale::Linear, &theme, &mut buffer).is_some());
             (GUTTER..area.right()).map(|column| buffer[(column, 4)].symbol()).collect()
         };
         assert!(!labels(4, 10_000.0).contains('1'));

@@ -21,8 +21,9 @@ pub fn draw(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Opti
         return None;
     }
     let legend = legend(plot, area, theme);
-    let height = Constraint::Length(legend.len() as u16);
-    let [above, area] = Layout::vertical([height, Constraint::Fill(1)]).areas(area);
+    let evaluated: Vec<&Curve> = plot.curves.iter().filter(|curve| !curve.evaluations.is_empty()).collect();
+    let heights = [legend.len() as u16, (area.height / 5).min(evaluated.len() as u16)].map(Constraint::Length);
+    let [above, area, below] = Layout::vertical([heights[0], Constraint::Fill(1), heights[1]]).areas(area);
     Text::from(legend).render(above, buffer);
     // Braille has two columns of dots in each cell.
     let columns = (2 * area.width.saturating_sub(GUTTER)).max(2);
@@ -38,8 +39,8 @@ pub fn draw(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Opti
         plot.curves.iter().for_each(|curve| shade(curve, &look(curve), &axes, context));
         plot.curves.iter().zip(&lines).for_each(|(curve, line)| trace(curve, line, context));
     });
-    points(plot, &axes, theme, buffer);
     plot.crosshair.into_iter().for_each(|[x, _]| axes.bar(x, theme.faint(), theme, buffer));
+    evaluated.iter().zip(below.rows()).for_each(|(curve, row)| evaluations(curve, row, &axes, theme, buffer));
     Some(axes)
 }
 
@@ -59,8 +60,7 @@ fn nothing(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
 /// The range of the y axis: lowest and highest scaled value with a margin, or at least `plot.y`. None if no value
 /// is finite.
 fn range(lines: &[Vec<Point>], plot: &Plot) -> Option<[f32; 2]> {
-    let points = plot.curves.iter().flat_map(|curve| curve.points.iter().map(|(_, value)| plot.scale.apply(*value)));
-    let values = lines.iter().flatten().map(|point| point[1]).chain(points);
+    let values = lines.iter().flatten().map(|point| point[1]);
     let found = values.filter(|value| value.is_finite()).map(|value| [value; 2]).reduce(union)?;
     match plot.y.filter(|_| plot.scale == Scale::Linear) {
         Some(least) => Some(union(found, least)),
@@ -96,14 +96,17 @@ fn trace(curve: &Curve, line: &[Point], context: &mut Context) {
     canvas::path(context, whole, curve.colour);
 }
 
-fn points(plot: &Plot, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
-    let mark = theme.symbol("◇", "o");
-    for curve in &plot.curves {
-        for (episode, value) in curve.points {
-            if let (Some(column), Some(row)) = (axes.column(*episode as f32), axes.row(*value)) {
-                buffer.set_string(column, row, mark, Style::new().fg(curve.colour));
-            }
-        }
+/// Marks the evaluations of a curve in a row of their own: filled if all attempts succeeded, hollow if none did.
+fn evaluations(curve: &Curve, row: Rect, axes: &Axes, theme: &Theme, buffer: &mut Buffer) {
+    buffer.set_string(row.x, row.y, "greedy", theme.faint());
+    let placed = curve.evaluations.iter().filter_map(|(episode, value)| Some((axes.column(*episode as f32)?, *value)));
+    for marks in placed.collect::<Vec<_>>().chunk_by(|a, b| a.0 == b.0) {
+        let mark = match marks.iter().map(|(_, value)| value).sum::<f32>() / marks.len() as f32 {
+            1.0.. => theme.symbol("●", "#"),
+            0.0 => theme.symbol("○", "o"),
+            _ => theme.symbol("◐", "+"),
+        };
+        buffer.set_string(marks[0].0, row.y, mark, Style::new().fg(curve.colour));
     }
 }
 
@@ -117,9 +120,9 @@ mod tests {
 
     static EPISODES: std::sync::LazyLock<Vec<u64>> = std::sync::LazyLock::new(|| (1..=100_000).collect());
 
-    fn curve<'a>(name: &'a str, values: &'a [f32], points: &'a [(u64, f32)]) -> Curve<'a> {
+    fn curve<'a>(name: &'a str, values: &'a [f32], evaluations: &'a [(u64, f32)]) -> Curve<'a> {
         let episodes = &EPISODES[..values.len()];
-        Curve { name, colour: Color::Red, episodes, values, band: None, smoothing: 1, partial: 0, points }
+        Curve { name, colour: Color::Red, episodes, values, band: None, smoothing: 1, partial: 0, evaluations }
     }
 
     fn plot<'a>(values: &'a [f32], points: &'a [(u64, f32)]) -> Plot<'a> {
@@ -129,7 +132,7 @@ mod tests {
             x: Window { from: 1.0, to: values.len().max(10) as f32 },
             y: None,
             scale: Scale::Linear,
-            unit: 1.0,
+            unit: (1.0, "episode"),
             crosshair: None,
             more: "more",
             empty: "press t",
@@ -150,7 +153,7 @@ mod tests {
         let lines = lines(&plot(&values, &[]), ASCII);
         assert_eq!(lines[0], "loss  a: 19");
         assert!(lines[1].ends_with('*') && lines[4].contains("|***"), "{lines:#?}");
-        assert_eq!(lines[5].trim_start(), "10        20");
+        assert_eq!(lines[5], "episode       10        20");
     }
 
     #[test]
@@ -238,12 +241,13 @@ mod tests {
     }
 
     #[test]
-    fn evaluations_are_points_and_the_legend_shows_values_at_the_crosshair() {
+    fn evaluations_have_a_row_of_their_own_and_the_legend_shows_values_at_the_crosshair() {
         let values: Vec<f32> = (0..20).map(|i| i as f32 / 20.0).collect();
-        let mut plot = plot(&values, &[(10, 0.5)]);
+        let mut plot = plot(&values, &[(1, 0.0), (10, 0.5), (20, 1.0)]);
         plot.crosshair = Some([11.0; 2]);
         let lines = lines(&plot, Marker::Braille);
-        assert!(lines.concat().contains('◇') && lines.concat().contains('┊'));
+        assert_eq!(lines.last().unwrap(), "greedy○        ◐         ●");
+        assert!(lines.concat().contains('┊') && lines[4].starts_with("episode"), "{lines:#?}");
         assert!(lines[0].contains("a: 0.50") && lines[0].contains("episode 11"), "{}", lines[0]);
     }
 }

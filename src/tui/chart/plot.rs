@@ -23,8 +23,8 @@ pub struct Curve<'a> {
     pub smoothing: usize,
     /// Values up to this episode are means over an unfilled window and drawn dotted.
     pub partial: u64,
-    /// Separate points: episode and value, such as evaluations.
-    pub points: &'a [(u64, f32)],
+    /// Evaluations: episode and share of successes.
+    pub evaluations: &'a [(u64, f32)],
 }
 
 impl Curve<'_> {
@@ -48,8 +48,8 @@ pub struct Plot<'a> {
     pub curves: Vec<Curve<'a>>,
     /// Episodes to show.
     pub x: Window,
-    /// The size of the unit in which the x axis is labelled: 1000 for seconds where x is in milliseconds.
-    pub unit: f32,
+    /// The unit in which the x axis is labelled: its size, such as 1000 for seconds where x is in milliseconds, and name.
+    pub unit: (f32, &'a str),
     /// The least range of a linear y axis.
     pub y: Option<[f32; 2]>,
     /// How values map to heights.

@@ -162,7 +162,7 @@ fn shade(heat: &Heat, view: View, theme: &Theme, buffer: &mut Buffer) {
                     cell.set_char([' ', '.', ':', '+', '#'][(share(value) * 4.0).clamp(0.0, 4.0) as usize]);
                 }
             } else {
-                cell.set_bg(theme.dithered_heat(share(value), [column, row]));
+                cell.set_bg(theme.heat(share(value)));
             }
         }
     }

@@ -22,7 +22,7 @@ pub fn legend(content: &Content, theme: &Theme) -> Vec<Line<'static>> {
     let (overlays, stale) = (content.overlays, content.prior.is_some_and(|(_, stale)| stale));
     let clusters = content.prior.is_some() && overlays.clusters;
     let has_marker_subgoals = task.marker.as_ref().is_some_and(|marker| !marker.subgoals.is_empty());
-    let all: [(bool, &str, &str, Color); 18] = [
+    let all: [(bool, &str, &str, Color); 20] = [
         (true, disc, "ball", theme.ball),
         (task.marker.is_some(), circle, "marker: sets the ball in motion", theme.ball),
         (has_marker_subgoals, circle, "subgoals of the marker", theme.dim),
@@ -38,6 +38,13 @@ pub fn legend(content: &Content, theme: &Theme) -> Vec<Line<'static>> {
         (frame.blocked.is_some(), outline, "blocked: it would touch something", theme.bad),
         (clusters && !stale, mean, "action clusters: mean, 1 and 2 deviations", theme.stage(0)),
         (clusters && stale, mean, "action clusters that are out of date", theme.dim),
+        (content.prior.is_some() && overlays.samples, dots, "rewarding actions behind the clusters", theme.stage(0)),
+        (
+            content.heat.is_some() && overlays.critic,
+            block,
+            "critic: the value of placing the tool there",
+            theme.heat(0.7),
+        ),
         (overlays.actor && content.choice.is_some(), outline, "where the actor would place the tool", theme.warn),
         (!content.predicted.is_empty(), line, "what the model predicts", theme.accent),
         (!content.truth.is_empty(), dots, "what really happened then", theme.good),

@@ -151,7 +151,7 @@ impl<'a> Charts<'a> {
             smoothing: (smoothing * shown.curves().episodes().len() / shown.curves().last_episode().max(1)).max(1),
             // The first values of the success rate are means of fewer episodes.
             partial: if metric == Metric::Success { axes[index].at(WINDOW.get() as u64 - 1) } else { 0 },
-            points: &greedy[index],
+            evaluations: &greedy[index],
         });
         let empty = match self.shown.first() {
             Some(Shown::Run(RunSummary { preparing: Some(it), .. }, _)) => {
@@ -173,24 +173,15 @@ impl<'a> Charts<'a> {
         };
         let has_groups = self.shown.iter().any(|shown| matches!(shown, Shown::Group(..)));
         // The place of an episode of a group.
-        let mean = if has_groups { "mean " } else { "" };
-        let (unit, by) = match axis {
-            XAxis::Episodes => (1.0, String::new()),
-            XAxis::Time => {
-                let (unit, name) = time_unit(x.to);
-                (unit, format!(", by {mean}{name} of training"))
-            }
-            _ => (1.0, format!(", by {mean}{}", axis.name())),
-        };
-        let is_evaluated = metric == Metric::Success && self.shown.iter().any(|shown| !shown.evaluations().is_empty());
-        let greedy = if is_evaluated { self.ui.theme.symbol(", ◇ greedy", ", o greedy") } else { "" };
-        let title = format!("{}{averaged}{log}{by}{greedy}", metric.title());
+        let mean = if has_groups && axis != XAxis::Episodes { "mean " } else { "" };
+        let (size, name) = if axis == XAxis::Time { time_unit(x.to) } else { (1.0, axis.name()) };
+        let title = format!("{}{averaged}{log}", metric.title());
         let more = self.ui.text(if self.state.alone { "more" } else { "more: {large} on screen {screen-training}" });
         let plot = Plot {
             title: &title,
             curves: curves.collect(),
             x,
-            unit,
+            unit: (size, &format!("{mean}{name}")),
             y: metric.info().range,
             scale,
             crosshair: self.crosshair().map(|episode| [self.x_of(episode), episode]),

@@ -1,9 +1,10 @@
-//! State of the curves on the Scene and the Training screen.
+//! State of the curves on the Scene or the Training screen.
 
 use educe::Educe;
 
 use crate::tui::chart::Range;
 use crate::tui::view::XAxis;
+use crate::tui::widgets::theme::Theme;
 use mge_run::Metric;
 
 /// State of the curves.
@@ -39,17 +40,21 @@ impl CurvesState {
         self.crosshair.take().is_some() || std::mem::take(&mut self.alone) || std::mem::take(&mut self.comparing)
     }
 
-    /// Moves the crosshair to the past episode that is shown, or removes it when the past is left.
-    pub fn follow(&mut self, before: Option<u64>, now: Option<u64>) {
+    /// Moves the crosshair to the past episode that is shown, or removes it when the past is left. On a screen that is
+    /// not the one `here`, there is none before it is put there.
+    pub fn follow(&mut self, before: Option<u64>, now: Option<u64>, here: bool) {
         if before != now {
-            self.crosshair = now.map(|episode| episode as f32);
+            self.crosshair = now.filter(|_| here || self.crosshair.is_some()).map(|episode| episode as f32);
         }
     }
 
     /// What the selected curve means, in one line.
-    pub(super) fn explanation(&self) -> String {
+    pub(super) fn explanation(&self, theme: &Theme) -> String {
         let meaning = self.selected.info().meaning.trim();
-        meaning.split_inclusive(". ").next().unwrap_or_default().trim().to_owned()
+        let first = meaning.split_inclusive(". ").next().unwrap_or_default().trim();
+        let marks =
+            theme.symbol(" greedy: ● all attempts did, ◐ some, ○ none", " greedy: # all attempts did, + some, o none");
+        first.to_owned() + if self.selected == Metric::Success { marks } else { "" }
     }
 
     /// Selects the curve that is `by` after the selected one.

@@ -11,6 +11,7 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Text};
 use ratatui::widgets::{Row, Widget};
 
+use super::figure_in_cells::in_cells;
 use super::lists::Lists;
 use super::pane::{hint, lines, pane};
 use super::runs::Runs;
@@ -51,8 +52,10 @@ pub fn draw(screens: &Screens, ui: &Ui, covered: bool, area: Rect, buffer: &mut 
     let kind = selected(&screens.lists);
     let inside = pane(kind.name(), picture, ui.theme, buffer);
     regions.add(inside, HitRegion::Preview);
-    if let Err(reason) = screens.preview.draw(kind, covered, inside, ui.theme, buffer) {
-        hint(&reason, inside, ui.theme, buffer);
+    match screens.preview.draw(kind, covered, inside, buffer) {
+        Ok(None) => {}
+        Ok(Some((wanted, figure))) => in_cells(wanted, figure, inside, ui.theme, buffer),
+        Err(reason) => hint(&reason, inside, ui.theme, buffer),
     }
 }
 

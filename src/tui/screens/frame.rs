@@ -88,18 +88,21 @@ fn explanation(ui: &Ui, screens: &Screens, tab: Tab) -> String {
         return ui.text("paused: {pause} resumes ") + &some_of(paused.iter().map(|run| run.name.clone()));
     }
     match tab {
-        Tab::Scene | Tab::Edit => screens.scene.selected().map_or_else(String::new, |object| {
+        Tab::Scene | Tab::Edit => {
             // Another task may lack it.
-            let Some([x, y]) = ui.view.objects().position(object) else { return String::new() };
+            let selected = screens.scene.selected().and_then(|it| Some((it, ui.view.objects().position(it)?)));
+            let Some((object, [x, y])) = selected else { return screens.scene.missing(ui.subject).join("; ") };
             let name = match object {
                 Object::Part(Part::Tool(index)) => {
                     ui.view.task.tools.get(index).map_or_else(String::new, |tool| tool_text(&tool.tool(), true))
                 }
                 object => ui.view.objects().name(object),
             };
-            format!("{name} at x {x:.2}, y {y:.2}: {}", ui.text("arrows move it, {coordinates} types x and y"))
-        }),
-        Tab::Training => screens.curves.explanation(),
+            // During hand play, the keys are those of the tool.
+            let keys = if screens.scene.hand.is_some() { "" } else { ": arrows move it, {coordinates} types x and y" };
+            format!("{name} at x {x:.2}, y {y:.2}{}", ui.text(keys))
+        }
+        Tab::Training => screens.curves.explanation(ui.theme),
         Tab::Runs => runs::EXPLANATION.to_owned(),
         Tab::Models => models::COLUMNS.to_owned(),
         Tab::Schedule | Tab::Figures | Tab::Log => String::new(),

@@ -4,6 +4,7 @@
 mod charts;
 mod curves;
 pub mod edit;
+mod figure_in_cells;
 pub mod figures;
 mod frame;
 pub mod lists;
@@ -27,6 +28,7 @@ pub use frame::{Chrome, draw_frame};
 pub use regions::{HitRegion, HitRegions};
 pub use ui::Ui;
 
+use super::actions::Tab;
 use super::widgets::preview::Preview;
 
 /// The state of the screens.
@@ -34,8 +36,10 @@ use super::widgets::preview::Preview;
 pub struct Screens {
     /// Of the Scene and the Edit screen.
     pub scene: scene::Scene,
-    /// Of the curves.
+    /// Of the curves on the Training screen.
     pub curves: curves::CurvesState,
+    /// Of those on the Scene screen.
+    pub beside: curves::CurvesState,
     /// Of the schedule's editor.
     pub schedule: schedule::Schedule,
     /// Of the list of runs.
@@ -44,4 +48,11 @@ pub struct Screens {
     pub lists: lists::Lists,
     /// The preview on the Figures screen.
     pub preview: Preview,
+}
+
+impl Screens {
+    /// The state of the curves on a screen, and that of the list of runs.
+    pub fn curves_on(&mut self, tab: Tab) -> (&mut curves::CurvesState, &runs::Runs) {
+        (if tab == Tab::Scene { &mut self.beside } else { &mut self.curves }, &self.runs)
+    }
 }

@@ -209,7 +209,7 @@ impl Scene {
     }
 
     /// Begins hand play, with the tool below the ball; returns what is shown then.
-    pub(super) fn take_tool(&mut self, view: &ViewModel) -> Choice {
+    pub fn take_tool(&mut self, view: &ViewModel) -> Choice {
         let [x, y] = view.task.ball.position;
         self.hand = Some(Hand { cursor: [x, (y - 0.4).max(-0.9)], ghost: None });
         self.select(None);

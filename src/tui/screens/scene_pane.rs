@@ -5,10 +5,9 @@ use std::sync::Arc;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
-use ratatui::text::{Line, Text};
-use ratatui::widgets::Widget;
+use ratatui::text::Line;
 
-use super::pane::{lines, pane};
+use super::pane::pane;
 use super::scene::Scene;
 use super::{HitRegion, HitRegions, Ui};
 use crate::tui::scene::{Content, Object, Objects, draw as draw_scene, legend};
@@ -27,7 +26,8 @@ pub fn scene_pane(
 ) -> Option<Vec<Line<'static>>> {
     let subject = ui.subject;
     let run = subject.run().map_or("", |run| &run.name);
-    let title = format!("{} · {}", subject.task.name, subject.episode.title(run));
+    let title =
+        [vec![subject.task.name.clone(), subject.episode.title(run)], scene.missing(subject)].concat().join(" · ");
     let inside = pane(&title, area, ui.theme, buffer);
     // A past episode has its own task; edits apply to the session's.
     let (task, proposed) = match subject.choice {
@@ -54,8 +54,6 @@ pub fn scene_pane(
     };
     let view = draw_scene(&content, inside, ui.theme, buffer);
     regions.add(view.area, HitRegion::Scene(view));
-    let missing = scene.missing(subject).join("\n");
-    Text::from_iter(lines(&missing, inside.width, Style::new().fg(ui.theme.warn))).render(inside, buffer);
     caption(ui, scene, &frame, area, buffer);
     content.overlays.legend.then(|| legend(&content, ui.theme))
 }

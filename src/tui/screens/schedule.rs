@@ -132,7 +132,7 @@ pub fn draw(state: &Schedule, ui: &Ui, area: Rect, buffer: &mut Buffer, regions:
         Layout::vertical([Constraint::Length(1), Constraint::Fill(1), Constraint::Length(1), rows])
             .areas(inside.inner(Margin::new(1, 0)));
     let window = Window { from: 0.0, to: span(state, ui.view) as f32 };
-    if let Some(axes) = Axes::draw(plot, (window, 1.0), [0.0, 1.0], Scale::Linear, theme, buffer) {
+    if let Some(axes) = Axes::draw(plot, (window, (1.0, "episode")), [0.0, 1.0], Scale::Linear, theme, buffer) {
         canvas::draw(axes.plot, theme.marker, axes.bounds(), buffer, |context| {
             if state.draft.is_some() {
                 canvas::path(context, &trace(&view.settings.epsilon, &axes), theme.dim);

@@ -171,7 +171,7 @@ fn places(area: Rect, selected: Metric, is_varying: impl Fn(&Metric) -> bool) ->
     let side_by_side = area.width >= WIDE;
     let columns = (area.width / SMALL[1]).max(1);
     let all_rows = (others.len() as u16).div_ceil(columns);
-    let large = if side_by_side { area.height / 2 } else { area.height * 3 / 5 };
+    let large = if side_by_side { area.height / 2 } else { area.height * 2 / 3 };
     let rows = ((area.height - large) / SMALL[0]).min(all_rows);
     let large = if rows == 0 { area.height } else { large };
     let [above, below] = Layout::vertical([Constraint::Length(large), Constraint::Fill(1)]).areas(area);
@@ -265,23 +265,23 @@ pub fn move_by(screens: &mut Screens, ui: &Ui, [right, up]: [f32; 2], far: bool)
         (false, false) => {
             let window = curves.range.window(episodes);
             let by = right * ((window.to - window.from) / 100.0).max(1.0).round();
-            let now = curves.crosshair.unwrap_or(window.to - by);
+            let shown = ui.subject.past_episode().map(|episode| episode as f32);
+            let now = curves.crosshair.or(shown).unwrap_or(window.to - by);
             let to = (now.min(episodes as f32 - by.min(0.0)) + by).clamp(window.from.ceil(), window.to);
-            return move_crosshair(curves, runs, ui, to);
+            return move_crosshair((curves, runs), ui, to);
         }
     }
     Vec::new()
 }
 
 /// Shows fewer episodes, for a factor below 1, or more, around an episode or else the crosshair.
-pub fn zoom(screens: &mut Screens, ui: &Ui, factor: f32, centre: Option<f32>) {
-    let episodes = episodes(&screens.curves, &screens.runs, ui);
-    let curves = &mut screens.curves;
+pub fn zoom((curves, runs): (&mut CurvesState, &Runs), ui: &Ui, factor: f32, centre: Option<f32>) {
+    let episodes = episodes(curves, runs, ui);
     curves.range = curves.range.zoom(factor, centre.or(curves.crosshair), episodes);
 }
 
 /// Moves the crosshair to an episode; the scene follows if the watched run has episodes.
-pub fn move_crosshair(curves: &mut CurvesState, runs: &Runs, ui: &Ui, to: f32) -> Vec<Effect> {
+pub fn move_crosshair((curves, runs): (&mut CurvesState, &Runs), ui: &Ui, to: f32) -> Vec<Effect> {
     // The scene shows the watched run, so the crosshair stays within its episodes.
     let done = ui.subject.run().map_or(0, |run| run.curves.last_episode());
     let last = if done > 0 { done } else { episodes(curves, runs, ui) };

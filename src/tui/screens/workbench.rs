@@ -30,7 +30,7 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     }
     let [above, below] = Layout::vertical([Constraint::Fill(1), Constraint::Length(STATUS)]).areas(right);
     let metrics: &[Metric] = if above.height >= 14 { &[Metric::Success, Metric::Return] } else { &[Metric::Success] };
-    training::stack(&screens.curves, &screens.runs, ui, metrics, above, buffer, regions);
+    training::stack(&screens.beside, &screens.runs, ui, metrics, above, buffer, regions);
     status::draw(ui, below, buffer);
 }
 

@@ -22,15 +22,15 @@ const VARIABLES: [&str; 8] = [
 /// Values of `TERM` of such terminals, which programs on other machines see too.
 const TERMS: [&str; 6] = ["xterm-kitty", "xterm-ghostty", "foot", "alacritty", "wezterm", "mlterm"];
 
-/// How the terminal shows pictures, if not in half blocks, and whether its background is light, as far as it tells.
-/// `MGE_GRAPHICS` (`kitty`, `sixel`, `iterm2`, `half-block`) takes precedence.
+/// How the terminal shows pictures, if it does, and whether its background is light, as far as it tells.
+/// `MGE_GRAPHICS` (`kitty`, `sixel`, `iterm2`, `none`) takes precedence.
 pub fn ask(variable: impl Fn(&str) -> Option<String>) -> (Option<Picker>, Option<bool>) {
     let value = |name: &str| variable(name).unwrap_or_default();
     let wanted = match value("MGE_GRAPHICS").as_str() {
         "kitty" => Some(ProtocolType::Kitty),
         "sixel" => Some(ProtocolType::Sixel),
         "iterm2" => Some(ProtocolType::Iterm2),
-        "half-block" => Some(ProtocolType::Halfblocks),
+        "none" => Some(ProtocolType::Halfblocks),
         _ => None,
     };
     if !is_known(value) && wanted.is_none_or(|wanted| wanted == ProtocolType::Halfblocks) {

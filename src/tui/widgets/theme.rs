@@ -198,26 +198,20 @@ impl Theme {
         fit(colour, self.depth)
     }
 
-    /// The colour of the heat map for a value from 0 to 1.
+    /// The colour of the heat map for a value from 0 to 1. With 256 colours it is one of the greys: only these are close
+    /// enough for a smooth ramp.
     pub fn heat(&self, share: f32) -> Color {
         let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 };
+        if self.depth == Depth::Ansi256 {
+            let step = (share * 14.0).round() as u8;
+            return Color::Indexed(if self.palette == Palette::Light { 255 - step } else { 232 + step });
+        }
         let [low, high] = match self.palette {
             Palette::Light => [[245.0, 245.0, 255.0], [252.0, 165.0, 90.0]],
             _ => [[18.0, 20.0, 48.0], [170.0, 60.0, 40.0]],
         };
         let [r, g, b] = [0, 1, 2].map(|channel| (low[channel] + (high[channel] - low[channel]) * share) as u8);
         self.fit(Color::Rgb(r, g, b))
-    }
-
-    /// The colour of the heat map for a value from 0 to 1 in a cell. With 256 colours neighbouring cells alternate between
-    /// the nearest two, in proportion, so that there are no bands.
-    pub fn dithered_heat(&self, share: f32, [column, row]: [u16; 2]) -> Color {
-        /// The order in which the cells of a square take the higher colour.
-        const ORDER: [[f32; 4]; 4] =
-            [[0.0, 8.0, 2.0, 10.0], [12.0, 4.0, 14.0, 6.0], [3.0, 11.0, 1.0, 9.0], [15.0, 7.0, 13.0, 5.0]];
-        let threshold = (ORDER[usize::from(row % 4)][usize::from(column % 4)] + 0.5) / 16.0 - 0.5;
-        // There are about six colours.
-        self.heat(if self.depth == Depth::Ansi256 { share + threshold / 6.0 } else { share })
     }
 }
 

@@ -13,7 +13,7 @@ use serde_json::Value;
 use super::{Curves, RunSummary};
 use crate::Loader;
 use mge_base::text::counted;
-use mge_figures::{Color, series};
+use mge_figures::{Color, colors};
 use mge_results::{Groups, LearningRow, Settings, common_name, distinguish};
 use mge_run::{Metric, RunHistory, RunState};
 use mge_stats::TaskScores;
@@ -137,11 +137,15 @@ impl Grouping {
     pub fn new(runs: &[Arc<RunSummary>], before: &Self) -> Self {
         let known = if before.is_of(runs) { before.known.clone() } else { Arc::new(Known::new(runs)) };
         let all = Groups::new(runs.iter().map(|run| &known.rows[&run.path].1));
-        let labels: Vec<&str> = all.labels.iter().map(String::as_str).collect();
-        let looks = series(&labels);
+        // A label has the colour that the first of its runs had, also when it was another label.
+        let had = |label: &str| {
+            let mut of_label = all.tasks.iter().flat_map(|task| all.indices(task, label));
+            of_label.find_map(|index| before.of(&runs[*index].path)).map(|group| group.color)
+        };
+        let colors = colors(&all.labels.iter().map(|label| (&**label, had(label))).collect::<Vec<_>>());
         let mut grouping = Self { known: known.clone(), ..Self::default() };
         for task in &all.tasks {
-            for (label, look) in all.labels.iter().zip(&looks) {
+            for (label, color) in all.labels.iter().zip(&colors) {
                 let of_label = all.indices(task, label).iter().map(|index| &*runs[*index]);
                 let members: Vec<&RunSummary> = of_label.filter(|run| !run.damaged).collect();
                 if members.is_empty() {
@@ -156,7 +160,7 @@ impl Grouping {
                     task: task.clone(),
                     label: label.clone(),
                     name: common_name(names).unwrap_or(label).to_owned(),
-                    color: look.color,
+                    color: *color,
                     runs: members.iter().map(|run| run.path.clone()).collect(),
                     changed: members.iter().filter(|run| run.changed.is_some()).count(),
                     seeds: curves.len(),
@@ -179,6 +183,11 @@ impl Grouping {
     /// The group of a run, if it has been grouped and is not damaged.
     pub fn of(&self, run: &Path) -> Option<&RunGroup> {
         self.of.get(run).map(|index| &self.groups[*index])
+    }
+
+    /// The labels of the groups, with their colours.
+    pub fn colors(&self) -> Vec<(String, Color)> {
+        self.groups.iter().map(|group| (group.label.clone(), group.color)).collect()
     }
 
     /// The settings in which a run differs from others, unless its method implies them.
@@ -305,6 +314,31 @@ mod tests {
         assert!(grouping.of(&runs[0].path).is_none());
         assert_eq!(grouping.of(&runs[1].path).map(|group| group.seeds), Some(1));
         assert_ne!(key_of(&runs), key_of(&undamaged));
+    }
+
+    #[test]
+    fn a_group_keeps_its_colour_whatever_else_comes_and_goes() {
+        let mut runs = vec![
+            run("a", &[("method", "ddpg"), ("ddpg.tau", "0.5"), ("ddpg.gamma", "0.5")], &[]),
+            run("b", &[("method", "ddpg"), ("ddpg.tau", "0.5")], &[]),
+            run("c", &[("method", "ddpg"), ("ddpg.tau", "0.5"), ("ddpg.gamma", "0.9")], &[]),
+        ];
+        let color = |grouping: &Grouping, name: &str| grouping.of(&Path::new("runs").join(name)).unwrap().color;
+        let three = Grouping::new(&runs, &Grouping::default());
+        let one = Grouping::new(&runs[..1], &Grouping::default());
+        assert_eq!(color(&three, "a"), color(&one, "a"), "those made later change nothing, also in another session");
+        // Its label names another setting now.
+        runs.push(run("d", &[("method", "ddpg")], &[]));
+        let four = Grouping::new(&runs, &three);
+        assert_ne!(three.of(Path::new("runs/a")).unwrap().label, four.of(Path::new("runs/a")).unwrap().label);
+        let first = runs.remove(0);
+        let without = Grouping::new(&runs, &four);
+        for name in ["b", "c"] {
+            assert_eq!([&four, &without].map(|now| color(now, name)), [color(&three, name); 2], "{name}");
+        }
+        runs.push(run("e", &[("method", "ddpg"), ("ddpg.gamma", "0.1")], &[]));
+        let taken = Grouping::new(&runs, &without);
+        assert_eq!(color(&taken, "e"), color(&three, &first.name), "the colour of what is gone is free");
     }
 
     fn names(group: &RunGroup) -> Vec<&str> {

@@ -216,11 +216,11 @@ fn the_tool_in_hand_follows_the_mouse_and_the_crosshair_leaves_the_chart_with_it
     let axes = chart(&app);
     let inside = (axes.plot.x + 10, axes.plot.y + 1);
     mouse(&mut app, MouseEventKind::Moved, inside);
-    assert!(app.screens.curves.hovered.is_some() && take_changed(&mut app));
+    assert!(app.screens.beside.hovered.is_some() && take_changed(&mut app));
     mouse(&mut app, MouseEventKind::Moved, inside);
     assert!(!take_changed(&mut app), "the mouse has not moved");
     mouse(&mut app, MouseEventKind::Moved, (0, 39));
-    assert!(app.screens.curves.hovered.is_none() && take_changed(&mut app));
+    assert!(app.screens.beside.hovered.is_none() && take_changed(&mut app));
     // On the Training screen, the crosshair placed with keys stays.
     press(&mut app, "4 left");
     shot(&mut app, 120, 40);

@@ -212,7 +212,10 @@ impl Workspace for SessionWorkspace {
         changed
     }
 
-    fn apply(&mut self, command: Command) -> Result<String, String> {
+    fn apply(&mut self, mut command: Command) -> Result<String, String> {
+        if let Command::Figure(figure) = &mut command {
+            figure.composition.colors = self.view.groups.colors();
+        }
         if !(self.allow)(&command) {
             return Err(format!("not allowed: {command}"));
         }
@@ -285,7 +288,8 @@ impl Workspace for SessionWorkspace {
     }
 
     fn figure(&self, kind: FigureKind, composition: &Composition) -> Result<FigureJob, String> {
-        self.session.figure(kind, composition).map_err(|error| error.to_string())
+        let composition = Composition { colors: self.view.groups.colors(), ..composition.clone() };
+        self.session.figure(kind, &composition).map_err(|error| error.to_string())
     }
 
     fn log(&mut self, level: Level, text: String) {

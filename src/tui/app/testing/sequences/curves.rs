@@ -51,17 +51,17 @@ fn the_crosshair_follows_the_mouse_and_the_wheel_zooms() {
     let axes = region(&app, |_, region| if let HitRegion::Chart(axes, _) = region { Some(axes) } else { None });
     let at = (axes.plot.x + axes.plot.width / 2, axes.plot.y + 1);
     mouse(&mut app, MouseEventKind::Moved, at);
-    assert!((app.screens.curves.hovered.unwrap() - 350.0).abs() < 20.0);
+    assert!((app.screens.beside.hovered.unwrap() - 350.0).abs() < 20.0);
     assert_eq!(app.subject.past_episode(), None, "the mouse only reads values off");
     mouse(&mut app, MouseEventKind::Down(MouseButton::Left), at);
     let pressed = app.subject.past_episode().unwrap();
     assert!(pressed.abs_diff(350) < 20, "{pressed}");
     mouse(&mut app, MouseEventKind::Drag(MouseButton::Left), (at.0 + 4, at.1));
     let dragged = app.subject.past_episode().unwrap();
-    assert!(dragged > pressed && app.screens.curves.crosshair == Some(dragged as f32));
+    assert!(dragged > pressed && app.screens.beside.crosshair == Some(dragged as f32));
     mouse(&mut app, MouseEventKind::Up(MouseButton::Left), (at.0 + 4, at.1));
     mouse(&mut app, MouseEventKind::ScrollUp, at);
-    let window = app.screens.curves.range.window(700);
+    let window = app.screens.beside.range.window(700);
     assert!(window.from > 100.0 && window.to < 600.0, "{window:?}");
 }
 
@@ -86,6 +86,28 @@ fn the_crosshair_and_the_scene_follow_each_other() {
     assert_eq!((app.subject.past_episode(), app.screens.curves.crosshair), (Some(686), None), "the crosshair first");
     press(&mut app, "esc");
     assert_eq!(app.subject.past_episode(), None);
+}
+
+#[test]
+fn zoom_and_crosshair_belong_to_a_screen() {
+    let (mut app, _) = app(typical());
+    let mut seen = |keys: &str| {
+        press(&mut app, keys);
+        let screen = text(&shot(&mut app, 120, 40));
+        let axes = region(&app, |_, region| if let HitRegion::Chart(axes, _) = region { Some(axes) } else { None });
+        (axes.x.from > 1.0, screen.contains('┊'))
+    };
+    assert_eq!(seen("4 z left left"), (true, true));
+    assert_eq!(seen("1"), (false, false), "the Scene screen has its own");
+    assert_eq!(seen("pagedown"), (false, true));
+    assert_eq!(seen("esc 4"), (true, false));
+    assert_eq!(seen("1 pageup 4"), (true, false), "the episode is beside the curves");
+    assert_eq!(seen("left"), (true, true));
+    press(&mut app, "1");
+    shot(&mut app, 120, 40);
+    let axes = region(&app, |_, region| if let HitRegion::Chart(axes, _) = region { Some(axes) } else { None });
+    mouse(&mut app, MouseEventKind::ScrollUp, (axes.plot.x + 9, axes.plot.y + 1));
+    assert!(app.screens.beside.range != Range::Whole && app.screens.beside.range != app.screens.curves.range);
 }
 
 #[test]
@@ -202,8 +224,9 @@ fn the_crosshair_moves_by_a_hundredth_of_the_window() {
 
 #[test]
 fn curves_are_drawn_against_actions_and_the_time_of_training() {
-    check(typical(), "4 X", &[], "return, mean of 10, by actions");
-    check(typical(), "4 X X X", &[], "by seconds of training");
+    check(typical(), "4", &[], "│ episodes ");
+    check(typical(), "4 X", &[], "│ actions ");
+    check(typical(), "4 X X X", &[], "│ seconds ");
 }
 
 #[test]
@@ -213,7 +236,7 @@ fn the_crosshair_and_the_window_are_kept_on_every_axis() {
     let episode = app.subject.past_episode().unwrap();
     press(&mut app, "X X X");
     let screen = text(&shot(&mut app, 120, 40));
-    assert!(screen.contains("by seconds of training") && screen.contains('┊'), "{screen}");
+    assert!(screen.contains("│ seconds ") && screen.contains('┊'), "{screen}");
     assert!(screen.contains(&format!("episode {episode}")), "{screen}");
     let axes = region(&app, |_, region| if let HitRegion::Chart(axes, _) = region { Some(axes) } else { None });
     assert!(axes.x.from > 20_000.0, "the last 350 of 700 episodes: {axes:?}");
@@ -225,7 +248,7 @@ fn the_crosshair_and_the_window_are_kept_on_every_axis() {
 
 #[test]
 fn a_group_against_time_says_that_it_is_a_mean() {
-    check(grouped(), "4 X X X", &[], "by mean seconds of training");
+    check(grouped(), "4 X X X", &[], "│ mean seconds ");
 }
 
 #[test]

@@ -103,6 +103,7 @@ fn tools_are_placed_by_hand() {
     check(empty(), "P space r", &["place 0.25 0.4", "reset"], "");
     check(empty(), "P esc space", &[], "no tool placed");
     check(empty(), "P", &[], "hand play: move the tool, enter or a click places it");
+    check(empty(), ": p l a c e space 0 space 0 enter", &["place 0 0"], "task1 · played by hand");
     check(empty(), "P P", &[], "no tool placed");
     let (mut app, asked) = app(empty());
     press(&mut app, "P");

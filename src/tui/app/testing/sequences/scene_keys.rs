@@ -33,6 +33,11 @@ fn every_overlay_of_an_agent_says_that_none_acts_or_what_it_waits_for() {
     for key in ["b", "i", "g"] {
         check(typical(), key, &[], "no agent acts here");
     }
+    let (mut app, _) = app(typical());
+    press(&mut app, "2 b I I");
+    let screen = text(&shot(&mut app, 80, 24));
+    let covered = screen.lines().skip(2).take(20).any(|row| row.contains("no agent"));
+    assert!(!covered && screen.contains("· no agent"), "nothing is written over the scene\n{screen}");
     check(typical(), "pageup i", &[], "no critic or actor: the checkpoint is being read");
 }
 
