@@ -133,4 +133,6 @@ pub enum Response {
     Do(Effect),
     /// Carry out an effect; close the layer if it succeeds.
     Try(Effect),
+    /// Carry out an effect and keep the layer open.
+    Keep(Effect),
 }

@@ -4,14 +4,18 @@
 /// length.
 pub const MAX_COMPARED_LENGTH: usize = 64;
 
+/// The least closeness of a name that is suggested.
+pub const SIMILAR: f64 = 0.75;
+
+/// How similar a typed name is to a known one, from 0 to 1.
+pub fn closeness(known: &str, typed: &str) -> f64 {
+    if typed.len() > MAX_COMPARED_LENGTH { 0.0 } else { strsim::jaro_winkler(known, typed) }
+}
+
 /// The known name most similar to the typed one, if any is similar enough.
 pub fn nearest<'a>(known: impl IntoIterator<Item = &'a str>, typed: &str) -> Option<&'a str> {
-    if typed.len() > MAX_COMPARED_LENGTH {
-        return None;
-    }
-    let closeness = |name: &str| strsim::jaro_winkler(name, typed);
-    let best = known.into_iter().max_by(|a, b| closeness(a).total_cmp(&closeness(b)));
-    best.filter(|name| closeness(name) > 0.75)
+    let best = known.into_iter().max_by(|a, b| closeness(a, typed).total_cmp(&closeness(b, typed)));
+    best.filter(|name| closeness(name, typed) > SIMILAR)
 }
 
 /// `: did you mean X?` with the [`nearest`] known name; empty if none is similar.

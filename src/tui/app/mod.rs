@@ -250,6 +250,7 @@ impl App {
         match response {
             Response::Stay => {}
             Response::Leave => _ = self.layers.pop(),
+            Response::Keep(effect) => self.carry_out(vec![effect]),
             Response::Do(effect) => {
                 self.layers.pop();
                 self.carry_out(vec![effect]);

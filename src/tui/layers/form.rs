@@ -8,7 +8,8 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Row, Widget};
 
-use super::palette::{Value, matching};
+use super::palette::Value;
+use super::search::search;
 use crate::tui::effect::{Effect, Layer, Response};
 use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::text_input::TextInput;
@@ -17,12 +18,14 @@ use crate::tui::widgets::{columns, list};
 
 /// Parses the texts of the fields into an effect, or says what is wrong with them.
 type Reader = dyn Fn(&[&str]) -> Result<Effect, String>;
+/// What a prompt does as one types.
+type Live = dyn Fn(&str) -> Result<Effect, String>;
 /// What stands in a field while it is empty, and its explanation if that is asked for, which takes longer, given its
 /// place and the texts of all fields.
 type Explainer = dyn Fn(usize, &[&str], bool) -> [String; 2];
 
-/// Most completions that are shown at once.
-const LISTED: usize = 12;
+/// Most completions that are shown at once, and below what a prompt changes as one types.
+const LISTED: [usize; 2] = [12, 5];
 
 /// A form.
 pub struct Form {
@@ -36,6 +39,8 @@ pub struct Form {
     /// What the words of a prompt may be, and the place of the one that was chosen among those that fit.
     completions: Vec<Value>,
     picked: Option<usize>,
+    /// What a prompt that acts as one types does, and the text with which it began.
+    live: Option<(Box<Live>, String)>,
     /// What Enter does.
     pub enter: &'static str,
     /// Why the latest answer was refused.
@@ -80,6 +85,7 @@ impl Form {
             read,
             completions: Vec::new(),
             picked: None,
+            live: None,
             enter: "done",
             error: None,
             rows: Vec::new(),
@@ -107,6 +113,20 @@ impl Form {
         Self { completions, ..self }
     }
 
+    /// The prompt, acting at every key, unless that fails; escape brings back what was.
+    #[must_use]
+    pub fn live(self, act: impl Fn(&str) -> Result<Effect, String> + 'static) -> Self {
+        let before = self.texts()[0].to_owned();
+        Self { live: Some((Box::new(act), before)), ..self }
+    }
+
+    /// What is to be done after the text has changed.
+    fn changed(&mut self) -> Response {
+        (self.error, self.picked) = (None, None);
+        let effect = self.live.as_ref().and_then(|(act, _)| act(self.texts()[0]).ok());
+        effect.map_or(Response::Stay, Response::Keep)
+    }
+
     /// Where the word before the cursor begins.
     fn word(&self) -> usize {
         self.fields[0].input.before_cursor().rfind(' ').map_or(0, |space| space + 1)
@@ -115,7 +135,8 @@ impl Form {
     /// The completions of the word before the cursor.
     fn fitting(&self) -> Vec<Value> {
         let typed = &self.fields[0].input.before_cursor()[self.word()..];
-        matching(self.completions.iter().cloned(), typed)
+        let others = self.completions.iter().filter(|completion| completion.text != typed);
+        search(others, typed).into_iter().cloned().collect()
     }
 
     /// Chooses the completion that is `by` after the chosen one.
@@ -125,14 +146,14 @@ impl Form {
     }
 
     /// Completes the word before the cursor with the chosen completion, or the first one.
-    fn complete(&mut self) {
+    fn complete(&mut self) -> Response {
         let fitting = self.fitting();
         if let Some(Value { text, .. }) = fitting.get(self.picked.unwrap_or(0)) {
             let end = if text.ends_with([':', '=', '<', '>']) { "" } else { " " };
             let word = self.word();
             self.fields[0].input.replace_from(word, &format!("{text}{end}"));
-            (self.error, self.picked) = (None, None);
         }
+        self.changed()
     }
 
     fn texts(&self) -> Vec<&str> {
@@ -197,20 +218,23 @@ impl Layer for Form {
             (field.typed, field.input) = (!shown.is_empty(), TextInput::new(shown));
         }
         match key.code {
-            KeyCode::Esc => return Response::Leave,
-            KeyCode::Enter if self.picked.is_some() => self.complete(),
+            KeyCode::Esc => {
+                let before = self.live.as_ref().and_then(|(_, before)| (self.read)(&[before]).ok());
+                return before.map_or(Response::Leave, Response::Do);
+            }
+            KeyCode::Enter if self.picked.is_some() => return self.complete(),
             KeyCode::Enter => match self.emptied().map_or_else(|| (self.read)(&self.texts()), Err) {
                 Ok(effect) => return Response::Try(effect),
                 Err(error) => self.error = Some(error),
             },
             KeyCode::Up if !self.completions.is_empty() => self.pick(-1),
             KeyCode::Down if !self.completions.is_empty() => self.pick(1),
-            KeyCode::Tab if !self.completions.is_empty() => self.complete(),
+            KeyCode::Tab if !self.completions.is_empty() => return self.complete(),
             KeyCode::Up | KeyCode::BackTab => self.go(self.fields.len() - 1),
             KeyCode::Down | KeyCode::Tab => self.go(1),
             KeyCode::Left if choices > 0 => self.choose(choices - 1),
             KeyCode::Right | KeyCode::Char(' ') if choices > 0 => self.choose(1),
-            _ if choices == 0 && self.fields[self.selected].input.key(key) => (self.error, self.picked) = (None, None),
+            _ if choices == 0 && self.fields[self.selected].input.key(key) => return self.changed(),
             _ => {}
         }
         Response::Stay
@@ -221,7 +245,7 @@ impl Layer for Form {
             Some(place) if self.completions.is_empty() => self.select(place),
             Some(place) if place > 0 => {
                 self.picked = Some(place - 1);
-                self.complete();
+                return self.complete();
             }
             _ => {}
         }
@@ -261,8 +285,11 @@ impl Layer for Form {
         let tab = if self.completions.is_empty() { "" } else { "   tab: complete" };
         let title = format!("{} · enter: {}{tab}   esc: close", self.title, self.enter);
         // The popup keeps its height while one types.
-        let listed = self.completions.len().min(LISTED);
-        let inside = frame(&title, (width, (count + rows.max(1 + whole.len()) + listed) as u16), area, theme, buffer);
+        let listed = self.completions.len().min(LISTED[usize::from(self.live.is_some())]);
+        let height = (count + rows.max(1 + whole.len()) + listed) as u16;
+        let low = Rect { y: area.bottom().saturating_sub(height + 4), height: height + 2, ..area }.intersection(area);
+        let area = if self.live.is_some() { low } else { area };
+        let inside = frame(&title, (width, height), area, theme, buffer);
         let names = self.fields.iter().map(|field| field.name.len() as u16 + 1).max().filter(|width| *width > 1);
         let mut cursor = None;
         self.rows = inside.rows().take(count).zip(0..).collect();
@@ -286,7 +313,7 @@ impl Layer for Form {
         let list = Rect { y: below.y + rows, height: below.height.saturating_sub(rows), ..below }.intersection(below);
         let row = |index: usize| {
             let (Value { text, about }, room) = (&fitting[index], usize::from(list.width).saturating_sub(2));
-            Row::new([columns::shortened(&format!("{text:<20} {about}"), room, false)])
+            Row::new([columns::shortened(&format!("{text:<20}  {about}"), room, false)])
         };
         let drawn = list::draw(fitting.len(), self.picked, row, &[Constraint::Fill(1)], list, theme, buffer);
         self.rows.extend(drawn.into_iter().map(|(area, place)| (area, place + 1)));

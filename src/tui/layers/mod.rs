@@ -2,10 +2,15 @@
 
 mod form;
 mod palette;
+mod picker;
 mod question;
+mod search;
+mod tasks;
 mod tools;
 
 pub use form::{DEFAULT, Field, Form};
 pub use palette::{Arguments, CommandPalette, Value};
+pub use picker::Picker;
 pub use question::{Question, some_of};
-pub use tools::{ToolItem, ToolPalette, tool_text};
+pub use tasks::TaskItem;
+pub use tools::{ToolItem, tool_text};

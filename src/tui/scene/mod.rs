@@ -13,5 +13,5 @@ pub use content::{Content, Ghost, Heat, Overlays};
 pub use draw::draw;
 pub use legend::legend;
 pub use object::{Object, Objects};
-pub use picture::picture;
+pub use picture::{picture, task_picture};
 pub use view::View;

@@ -5,11 +5,15 @@ use ratatui::layout::Rect;
 use ratatui::style::Color;
 use ratatui::widgets::canvas::Context;
 
+use super::content::{Content, Overlays};
+use super::object::Objects;
 use super::view::{BOUNDS, View};
+use crate::tui::view::playback::PlaybackFrame;
 use crate::tui::widgets::canvas;
 use crate::tui::widgets::theme::Theme;
 use mge_figures::tool_outline;
 use mge_physics::{SCREEN, Tool, ToolKind, to_normalised};
+use mge_task::Task;
 
 /// How far, in units, the line for a tool's drive extends beyond half the tool's size.
 const DRIVE: f64 = 5.0;
@@ -49,4 +53,21 @@ pub fn picture(tool: &Tool, area: Rect, theme: &Theme, buffer: &mut Buffer) {
     canvas::draw(View::fit(area).area, theme.marker, BOUNDS, buffer, |context| {
         draw_tool(context, &tool, zoom, theme.tool, true);
     });
+}
+
+/// Draws a small picture of a task.
+pub fn task_picture(task: &Task, area: Rect, theme: &Theme, buffer: &mut Buffer) {
+    let content = Content {
+        objects: Objects { task, proposed: &[] },
+        frame: &PlaybackFrame { ball: task.ball.position, ..PlaybackFrame::default() },
+        overlays: Overlays::default(),
+        prior: None,
+        heat: None,
+        choice: None,
+        predicted: &[],
+        truth: &[],
+        selected: None,
+        ghost: None,
+    };
+    super::draw(&content, area, theme, buffer);
 }

@@ -56,7 +56,7 @@ impl LogState {
         };
         let runs = ui.view.runs.iter().rev().map(|run| Value::new(&*run.name, &*run.label)).collect();
         let prompt = Form::prompt("show lines with", "words, such as the name of a run", &*self.words, read);
-        vec![Effect::open(prompt.completing(runs))]
+        vec![Effect::open(prompt.completing(runs).live(read))]
     }
 
     /// The lines that are shown, the oldest first.

@@ -1,13 +1,13 @@
-//! The tools of a task on the Scene and Edit screens: palettes to choose from, and changes to their properties.
+//! The task and its tools on the Scene and Edit screens: what to choose from, and changes to properties of tools.
 
 use super::Ui;
 use super::scene::Scene;
 use crate::tui::effect::Effect;
-use crate::tui::layers::{ToolItem, ToolPalette};
+use crate::tui::layers::{Picker, TaskItem, ToolItem};
 use crate::tui::scene::Object;
 use mge_physics::ToolKind;
 use mge_task::{Draft, Edit, Part, Property, Task, Values};
-use mge_workbench::Command;
+use mge_workbench::{Command, command};
 
 /// The index and the type of the selected tool.
 pub fn selected(scene: &Scene, task: &Task) -> Option<(usize, ToolKind)> {
@@ -24,7 +24,13 @@ fn written(item: &ToolItem) -> (Option<f32>, Values) {
     (size.first().map(|(_, size)| *size as f32), others)
 }
 
-/// Opens the palette to add a tool. It is added at the valid place that is nearest to the middle.
+/// Opens the picker of tasks.
+pub fn choose_task() -> Vec<Effect> {
+    let open = |item: &TaskItem| Effect::apply(command::Task(item.name.clone()));
+    vec![Effect::open(Picker::new("open a task", TaskItem::all(), open))]
+}
+
+/// Opens the picker to add a tool. It is added at the valid place that is nearest to the middle.
 pub fn choose_tool(ui: &Ui) -> Vec<Effect> {
     let draft = Draft { task: Task::clone(&ui.view.task), proposed: ui.view.proposed.clone(), search_actions: 0 };
     let add = move |item: &ToolItem| {
@@ -34,7 +40,7 @@ pub fn choose_tool(ui: &Ui) -> Vec<Effect> {
         let added = Effect::select(Some(Object::Part(Part::Tool(draft.task.tools.len()))));
         Effect::all(vec![Effect::apply(at(place.unwrap_or_default())), added])
     };
-    vec![Effect::open(ToolPalette::new("add a tool", ToolItem::all(), add))]
+    vec![Effect::open(Picker::new("add a tool", ToolItem::all(), add))]
 }
 
 /// A grid of places over the scene, those near the middle first.
@@ -44,13 +50,13 @@ fn places() -> impl Iterator<Item = [f32; 2]> {
     all.into_iter()
 }
 
-/// Opens the palette to choose the tool that the agent places.
+/// Opens the picker to choose the tool that the agent places.
 pub fn choose_placeable() -> Vec<Effect> {
     let give = |item: &ToolItem| {
         let (size, values) = written(item);
         Effect::apply(Edit::SetPlaceable { kind: item.tool.kind, size, values })
     };
-    vec![Effect::open(ToolPalette::new("the agent's tool", ToolItem::all(), give))]
+    vec![Effect::open(Picker::new("the agent's tool", ToolItem::all(), give))]
 }
 
 /// Opens the palette with the properties of the selected tool.

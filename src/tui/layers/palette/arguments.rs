@@ -1,15 +1,14 @@
 //! Completions for the arguments of a command: known names, settings with their ranges, files.
 
-use std::cmp::Reverse;
-
-use super::ranked;
+use crate::tui::layers::TaskItem;
+use crate::tui::layers::search::{Searched, search, similar};
 use crate::tui::view::{RunSummary, ViewModel};
 use mge_base::json;
 use mge_base::paths::{expanded, suffix};
 use mge_base::spelling::MAX_COMPARED_LENGTH;
 use mge_physics::ToolKind;
 use mge_results::OPTIONS;
-use mge_task::{self as task, Property};
+use mge_task::Property;
 use mge_trainer::{Method, RunConfig, config_keys, settings};
 use mge_workbench::{FigureKind, Verb};
 
@@ -27,6 +26,34 @@ impl Value {
     pub fn new(text: impl Into<String>, about: impl Into<String>) -> Self {
         Self { text: text.into(), about: about.into() }
     }
+
+    /// Whether it is no argument but a page of the documentation or a term of its glossary.
+    pub fn is_document(&self) -> bool {
+        self.text.starts_with(DOCUMENTS)
+    }
+}
+
+impl Searched for Value {
+    fn names(&self) -> Vec<&str> {
+        vec![&self.text]
+    }
+
+    fn about(&self) -> &str {
+        &self.about
+    }
+}
+
+/// A command on something known.
+struct Known<'a>(&'static str, &'a Value);
+
+impl Searched for Known<'_> {
+    fn names(&self) -> Vec<&str> {
+        self.1.names()
+    }
+
+    fn about(&self) -> &str {
+        self.1.about()
+    }
 }
 
 /// Everything that can be completed.
@@ -39,12 +66,12 @@ pub struct Arguments {
     settings: Vec<(Value, String)>,
     /// Those of the run that typed commands act on, which can be forked.
     of_run: Vec<(Value, String)>,
+    /// Pages of the documentation and terms of the glossary.
+    documents: Vec<Value>,
 }
 
 /// Maximum number of entries of a folder that are considered.
 const FILES: usize = 500;
-/// Maximum number of commands with arguments that contain a text, of each kind.
-const LINES: usize = 50;
 
 impl Arguments {
     /// The completions for the current view, and for commands on a run.
@@ -54,33 +81,31 @@ impl Arguments {
             let path = run.path.strip_prefix(&view.folder).unwrap_or(&run.path);
             Value::new(path.display().to_string(), format!("{}, {}", run.name, run.label))
         };
-        let shipped = task::shipped().into_iter().map(|task| Value::new(task.name, task.description));
-        let levels = task::level_names().map(|name| Value::new(format!("create/{name}"), "a level of CREATE"));
+        let task = |known: &TaskItem| Value::new(&*known.name, known.about());
         Self {
-            tasks: shipped.chain(levels).collect(),
+            tasks: TaskItem::all().iter().map(task).collect(),
             runs: view.runs.iter().rev().map(|known| run(known)).collect(),
             models: view.models.iter().map(|model| Value::new(model.name.clone(), model.about.clone())).collect(),
             settings: described(&view.settings),
             of_run: on.map(|run| described(&run.config)).unwrap_or_default(),
+            documents: documents(),
         }
     }
 
-    /// Commands on the tasks, runs, settings and models whose names or descriptions contain a text.
+    /// Commands on the tasks, runs, settings and models that are found by a text, and what the documents say of it.
     pub fn lines_with(&self, text: &str) -> Vec<Value> {
-        let lower = text.trim().to_lowercase();
-        let settings: Vec<Value> = self.settings.iter().map(|(setting, _)| setting.clone()).collect();
-        let kinds = [("task", &self.tasks), ("open", &self.runs), ("set", &settings), ("model", &self.models)];
-        let has_text = |known: &&Value| {
-            !lower.is_empty() && format!("{}\n{}", known.text, known.about).to_lowercase().contains(&lower)
+        let settings = self.settings.iter().map(|(setting, _)| Known("set ", setting));
+        let kinds = [("task ", &self.tasks), ("open ", &self.runs), ("model ", &self.models), ("", &self.documents)];
+        let known = kinds.into_iter().flat_map(|(verb, known)| known.iter().map(move |of| Known(verb, of)));
+        let line = |Known(verb, of)| match verb {
+            "" => of.clone(),
+            _ => Value::new(format!("{verb}{}", shell_words::quote(&of.text)), &*of.about),
         };
-        let lines = kinds.into_iter().flat_map(|(verb, known)| {
-            let line = move |of: &Value| Value::new(format!("{verb} {}", shell_words::quote(&of.text)), &*of.about);
-            known.iter().filter(has_text).take(LINES).map(line)
-        });
-        lines.collect()
+        let found = Some(known.chain(settings)).filter(|_| !text.is_empty());
+        search(found.into_iter().flatten(), text).into_iter().map(line).collect()
     }
 
-    /// Completions of the last of the words after a verb; those that begin with it come first.
+    /// Completions of the last of the words after a verb, or of a misspelt first one the most similar.
     pub fn of(&self, verb: &Verb, words: &[&str]) -> Vec<Value> {
         let (typed, before) = words.split_last().map_or(("", &[][..]), |(typed, before)| (*typed, before));
         if typed.len() > 10 * MAX_COMPARED_LENGTH {
@@ -111,15 +136,38 @@ impl Arguments {
             }
             _ => Vec::new(),
         };
-        matching(candidates, typed)
+        let is_misspelt = before.is_empty() && candidates.iter().all(|candidate| candidate.text != typed);
+        let found = search(&candidates, typed);
+        let found = if found.is_empty() && is_misspelt { similar(&candidates, typed, 0.0) } else { found };
+        found.into_iter().filter(|candidate| candidate.text != typed).cloned().collect()
     }
 }
 
-/// The completions that contain a text, without one that is the text; those that begin with it come first.
-pub fn matching(candidates: impl IntoIterator<Item = Value>, typed: &str) -> Vec<Value> {
-    let lower = typed.to_lowercase();
-    let others = candidates.into_iter().filter(|candidate| candidate.text != typed);
-    ranked(others, |candidate| Some(Reverse(candidate.text.to_lowercase().find(&lower)?.min(1))))
+/// The folder of the documentation.
+const DOCUMENTS: &str = "docs/";
+
+/// The pages of the documentation, and the terms of its glossary with what they mean.
+fn documents() -> Vec<Value> {
+    let pages = include_str!("../../../../docs/README.md").lines().filter_map(|line| {
+        let (title, rest) = line.strip_prefix("- [")?.split_once("](")?;
+        let (file, about) = rest.split_once("): ")?;
+        Some(Value::new(format!("{DOCUMENTS}{file}"), format!("{title}: {about}")))
+    });
+    let (terms, _) = include_str!("../../../../docs/glossary.md").split_once("## Words that").unwrap_or_default();
+    let rows = terms.lines().filter_map(|line| line.strip_prefix("| ")?.trim_end_matches(" |").split_once(" | "));
+    let terms = rows.filter(|(_, meaning)| *meaning != "meaning");
+    let term = |(term, meaning)| Value::new(format!("{DOCUMENTS}glossary.md"), format!("{term}: {}", plain(meaning)));
+    pages.chain(terms.map(term)).collect()
+}
+
+/// A text without the marks of code and of links.
+fn plain(text: &str) -> String {
+    let mut text = text.replace('`', "");
+    while let Some((before, (_, after))) = text.split_once("](").and_then(|(a, b)| Some((a, b.split_once(')')?))) {
+        let (start, title) = before.rsplit_once('[').unwrap_or((before, ""));
+        text = [start, title, after].concat();
+    }
+    text
 }
 
 fn schedules() -> Vec<Value> {
@@ -189,19 +237,19 @@ mod tests {
 
     #[test]
     fn completions_that_begin_with_the_typed_text_come_first() {
-        assert_eq!(offered(&["ddpg.gam"], "set"), ["ddpg.gamma"]);
-        assert_eq!(offered(&["DDPG.gam"], "set"), ["ddpg.gamma"]);
+        assert_eq!(offered(&["ddpg.gam"], "set")[0], "ddpg.gamma");
+        assert_eq!(offered(&["DDPG.gam"], "set")[0], "ddpg.gamma");
         let with_an_e = offered(&["e"], "set");
         assert!(with_an_e[0].starts_with('e') && with_an_e.contains(&"method".to_owned()), "{with_an_e:?}");
         assert_eq!(offered(&[""], "open")[0], "task1-ddpg-mge-seed0", "the latest run first");
         assert_eq!(offered(&["ddpg.gamma", ""], "set"), ["0.9"]);
-        assert_eq!(offered(&["12", "ddpg.gam"], "fork"), ["ddpg.gamma="]);
-        assert_eq!(offered(&["12", "seed"], "fork"), Vec::<String>::new(), "a fork keeps its seed");
+        assert_eq!(offered(&["12", "ddpg.gam"], "fork")[0], "ddpg.gamma=");
+        assert!(!offered(&["12", "seed"], "fork").contains(&"seed=".to_owned()), "a fork keeps its seed");
         assert_eq!(offered(&["ol"], "open"), ["old"]);
         assert_eq!(offered(&["task4"], "task"), Vec::<String>::new(), "it is complete");
         assert!(offered(&["task"], "task").contains(&"task4".to_owned()));
-        assert_eq!(offered(&["ddpg-u"], "method"), ["ddpg-uniform", "ddpg-uniform-adaptive"]);
-        assert_eq!(offered(&["learning", "a.png", "ag"], "figure"), ["against="]);
+        assert_eq!(offered(&["ddpg-u"], "method")[..2], ["ddpg-uniform", "ddpg-uniform-adaptive"]);
+        assert_eq!(offered(&["learning", "a.png", "ag"], "figure")[0], "against=");
         assert_eq!(offered(&["clu"], "figure"), ["clusters"]);
         assert_eq!(offered(&["see"], "tool add"), ["see_saw"]);
         assert_eq!(offered(&["1", "max"], "tool set"), ["max_angle="]);

@@ -4,8 +4,6 @@ mod arguments;
 
 use crossterm::event::{KeyCode, KeyEvent};
 use educe::Educe;
-use nucleo_matcher::pattern::{AtomKind, CaseMatching, Normalization, Pattern};
-use nucleo_matcher::{Config, Matcher, Utf32Str};
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Position, Rect};
 use ratatui::style::Style;
@@ -13,14 +11,17 @@ use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Row, Widget};
 
 use super::form::line;
+use super::search::{Searched, search, similar};
 use crate::tui::actions::{Context, Entry, entries};
 use crate::tui::effect::{Effect, Layer, Response};
+use crate::tui::view::Level;
 use crate::tui::widgets::columns::{self, shortened};
 use crate::tui::widgets::list;
 use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::text_input::TextInput;
 use crate::tui::widgets::theme::Theme;
-pub use arguments::{Arguments, Value, matching};
+pub use arguments::{Arguments, Value};
+use mge_base::spelling::SIMILAR;
 use mge_base::text::counted;
 use mge_workbench::{Command, Verb, verbs};
 
@@ -41,9 +42,6 @@ const SYNONYMS: [(&str, &str); 13] = [
     ("task", "level load"),
 ];
 
-/// Lines per page.
-const PAGE: usize = 10;
-
 /// A searchable action or command.
 #[derive(Clone, Copy)]
 struct Item {
@@ -53,17 +51,28 @@ struct Item {
 }
 
 impl Item {
-    /// The names by which it is found: its own, that of its command, and other words for the same.
-    fn names(&self) -> impl Iterator<Item = &'static str> {
-        let (name, verb) = (self.entry.name, self.entry.same_verb().map(|verb| verb.name));
-        let synonyms = SYNONYMS.iter().filter(move |(of, _)| *of == name).flat_map(|(_, words)| words.split(' '));
-        [name].into_iter().chain(verb).chain(synonyms)
+    /// The name of its command, or else its own.
+    fn shown_name(&self) -> &'static str {
+        self.entry.same_verb().map_or(self.entry.name, |verb| verb.name)
     }
 
     /// The usage of its command, or its name, with a description, in one line.
     fn line(self) -> String {
         let usage = self.entry.same_verb().map_or_else(|| self.entry.name.to_owned(), Verb::usage);
         format!("{usage:<28} {}", self.entry.about())
+    }
+}
+
+impl Searched for Item {
+    /// Its own name, that of its command, and other words for the same.
+    fn names(&self) -> Vec<&str> {
+        let (name, verb) = (self.entry.name, self.entry.same_verb().map(|verb| verb.name));
+        let synonyms = SYNONYMS.iter().filter(|(of, _)| *of == name).flat_map(|(_, words)| words.split(' '));
+        [name].into_iter().chain(verb).chain(synonyms).collect()
+    }
+
+    fn about(&self) -> &str {
+        self.entry.about()
     }
 }
 
@@ -120,6 +129,10 @@ impl CommandPalette {
             return self.command();
         };
         let Some(item) = self.found.get(selected) else {
+            let document = self.values.get(selected - self.found.len()).filter(|value| value.is_document());
+            if let Some(Value { text, about }) = document.filter(|_| !is_command).cloned() {
+                return Response::Do(Effect::call(move |app| app.warn(Level::Info, &format!("{text}: {about}"))));
+            }
             self.complete();
             return if takes_no_more(self.input.text()) { self.command() } else { Response::Stay };
         };
@@ -157,17 +170,20 @@ impl CommandPalette {
         Response::Stay
     }
 
-    /// Completes the word before the cursor with the selected completion, or else the first one that begins with it;
-    /// without arguments, the command. Nothing that was typed is lost.
+    /// Completes the word before the cursor with the selected completion, or else the first one that begins with it or
+    /// the only one in which it is found; without arguments, the command, as far as those that begin so have it in
+    /// common. Nothing that was typed is lost.
     fn complete(&mut self) {
         let typed = self.input.before_cursor();
         let is_command = is_command(typed.trim_start());
         let begun = if is_command { typed.rfind(' ').map_or(0, |space| space + 1) } else { 0 };
         let word = &typed[begun..];
-        let chosen = self.selected.filter(|selected| *selected >= self.found.len());
-        let begins = |value: &&Value| is_command && value.text.to_lowercase().starts_with(&word.to_lowercase());
-        let chosen = chosen.and_then(|selected| self.values.get(selected - self.found.len()));
-        if let Some(Value { text, .. }) = chosen.or_else(|| self.values.iter().find(begins)) {
+        let begins = |value: &&Value| value.text.to_lowercase().starts_with(&word.to_lowercase());
+        let is_number = word.parse::<f64>().is_ok();
+        let only = || search(&self.values, word).pop().filter(|_| self.values.len() == 1 && !is_number);
+        let chosen = self.selected.and_then(|selected| self.values.get(selected.checked_sub(self.found.len())?));
+        let best = self.values.iter().find(begins).or_else(only).filter(|_| is_command);
+        if let Some(Value { text, .. }) = chosen.filter(|value| is_command || !value.is_document()).or(best) {
             // More text follows a folder or `KEY=`.
             let is_followed = self.input.text()[typed.len()..].starts_with(' ');
             let end = if text.ends_with(['/', '=']) || is_followed { "" } else { " " };
@@ -180,6 +196,13 @@ impl CommandPalette {
         {
             self.input = TextInput::new(format!("{} ", verb.name));
             self.search();
+        } else if !is_command {
+            let begin = self.found.iter().map(Item::shown_name).filter(|name| name.starts_with(word));
+            let common = begin.reduce(|a, b| &a[..a.bytes().zip(b.bytes()).take_while(|(a, b)| a == b).count()]);
+            if let Some(common) = common.filter(|common| common.len() > word.len()) {
+                self.input.replace_from(0, common);
+                self.search();
+            }
         }
     }
 
@@ -217,29 +240,28 @@ impl CommandPalette {
             self.found = self.items.iter().filter(begins).copied().collect();
             return;
         }
-        // Scattered letters are found in almost every description.
-        let [mut fuzzy, mut part] = [AtomKind::Fuzzy, AtomKind::Substring].map(|kind| scorer(text, kind));
-        self.found = ranked(self.items.iter().copied(), |item| {
-            let name = item.names().filter_map(&mut fuzzy).max();
-            // Each word may be of a name or of the description.
-            let words = item.names().chain([item.entry.about()]).collect::<Vec<_>>().join(" ");
-            let score = name.map(|score| 2 * score).max(part(&words))?;
-            Some((item.names().any(|name| name == text), score))
-        });
+        self.found = search(self.items.iter().copied(), text);
         self.values = self.arguments.lines_with(text);
+        if self.found.is_empty() {
+            let least = if self.values.is_empty() { 0.0 } else { SIMILAR };
+            self.found = similar(self.items.iter().copied(), text, least);
+        }
         self.selected = self.named(text);
     }
 
     /// The place of the action that a text names: in full, or as the only one that begins so; or of the task, run or
     /// setting of this name.
     fn named(&self, text: &str) -> Option<usize> {
-        let begins = |index: &usize| self.found[*index].names().any(|name| name.starts_with(text));
+        let begins = |index: &usize| self.found[*index].names().iter().any(|name| name.starts_with(text));
         let mut begun = (0..self.found.len()).filter(begins);
         // What is named in full comes first.
-        if self.found.first().is_some_and(|item| item.names().any(|name| name == text)) {
+        if self.found.first().is_some_and(|item| item.names().contains(&text)) {
             return Some(0);
         }
-        let is_named = |value: &Value| value.text.split_once(' ').is_some_and(|(_, argument)| argument == text);
+        let is_named = |value: &Value| match value.is_document() {
+            true => value.about.split_once(": ").is_some_and(|(title, _)| title == text),
+            false => value.text.split_once(' ').is_some_and(|(_, argument)| argument == text),
+        };
         let argument = self.values.iter().position(is_named).map(|place| self.found.len() + place);
         argument.or_else(|| begun.next().filter(|_| !text.is_empty() && begun.next().is_none()))
     }
@@ -247,18 +269,20 @@ impl CommandPalette {
 
 impl Layer for CommandPalette {
     fn key(&mut self, key: KeyEvent) -> Response {
+        let (page, last) = (self.rows.len().max(1), (self.found.len() + self.values.len()).saturating_sub(1));
         match key.code {
             KeyCode::Esc => return Response::Leave,
             KeyCode::Up if self.selected.unwrap_or(0) == 0 && self.recall(true) => {}
             KeyCode::Down if self.selected.unwrap_or(0) == 0 && self.recall(false) => {}
             KeyCode::Up => self.selected = self.selected.and_then(|index| index.checked_sub(1)),
             KeyCode::Down | KeyCode::PageDown => {
-                let by = if key.code == KeyCode::Down { 1 } else { PAGE };
-                let last = (self.found.len() + self.values.len()).saturating_sub(1);
+                let by = if key.code == KeyCode::Down { 1 } else { page };
                 let first = if is_command(self.input.text()) && !self.values.is_empty() { self.found.len() } else { 0 };
                 self.selected = Some(self.selected.map_or(first + by - 1, |index| index + by).min(last));
             }
-            KeyCode::PageUp => self.selected = self.selected.map(|index| index.saturating_sub(PAGE)),
+            KeyCode::PageUp => self.selected = self.selected.map(|index| index.saturating_sub(page)),
+            KeyCode::Home if self.input.text().is_empty() => self.selected = Some(0),
+            KeyCode::End if self.input.text().is_empty() => self.selected = Some(last),
             KeyCode::Tab => self.complete(),
             KeyCode::Enter => return self.choose(),
             _ if self.input.key(key) => self.search(),
@@ -305,7 +329,7 @@ impl Layer for CommandPalette {
         let row = |index: usize| {
             let Some(item) = self.found.get(index) else {
                 let Value { text, about } = &self.values[index - self.found.len()];
-                return Row::new([Line::raw(shortened(&format!("  {text:<30} {about}"), width, false))]);
+                return Row::new([Line::raw(shortened(&format!("  {text:<30}  {about}"), width, false))]);
             };
             let keys = match item.entry.context.tab().filter(|_| item.entry.same_verb().is_none()) {
                 _ if item.applies => item.entry.keys.to_owned(),
@@ -317,23 +341,14 @@ impl Layer for CommandPalette {
             Row::new([Line::from(vec![Span::raw(format!("{text:<room$}")), Span::styled(keys, theme.strong())])])
         };
         self.rows = list::draw(count, self.selected, row, &[Constraint::Fill(1)], below, theme, buffer);
+        if let [(_, first), .., (_, last)] = self.rows[..]
+            && self.rows.len() < count
+        {
+            let place = Line::raw(format!(" {}-{} of {count} ", first + 1, last + 1)).right_aligned();
+            place.style(theme.faint()).render(Rect { y: inside.bottom(), height: 1, ..inside }, buffer);
+        }
         Some(cursor)
     }
-}
-
-/// Scores texts by how well they match a typed one; none for those that do not.
-pub fn scorer(typed: &str, kind: AtomKind) -> impl FnMut(&str) -> Option<u32> + use<> {
-    let pattern = Pattern::new(typed.trim(), CaseMatching::Ignore, Normalization::Smart, kind);
-    let (mut matcher, mut characters) = (Matcher::new(Config::DEFAULT), Vec::new());
-    move |text| pattern.score(Utf32Str::new(text, &mut characters), &mut matcher)
-}
-
-/// The items that have a rank, those of the highest first.
-pub fn ranked<T, R: Ord>(items: impl IntoIterator<Item = T>, mut rank: impl FnMut(&T) -> Option<R>) -> Vec<T> {
-    let found = items.into_iter().filter_map(|item| Some((rank(&item)?, item)));
-    let mut found: Vec<(R, T)> = found.collect();
-    found.sort_by(|(a, _), (b, _)| b.cmp(a));
-    found.into_iter().map(|(_, item)| item).collect()
 }
 
 fn begins_with(text: &str, name: &str) -> bool {
@@ -390,6 +405,7 @@ mod tests {
             ("theme", "colours: light"),
             ("seed", "seed "),
             ("undoo", "unknown command `undoo`: did you mean `undo`?"),
+            ("rolling success", "docs/glossary.md: rolling success: share of the latest 100 episodes"),
             ("hplay", "unknown command `hplay`"),
             ("sub", "unknown command `sub`"),
             ("subgoal mo", "subgoal move "),
@@ -426,11 +442,35 @@ mod tests {
     }
 
     #[test]
-    fn tab_completes_a_command() {
-        let mut palette = palette(&[Context::Everywhere], &[]);
-        palette.paste("subgoal mo");
-        palette.key(KeyEvent::new(KeyCode::Tab, KeyModifiers::NONE));
-        assert_eq!(palette.input.text(), "subgoal move ");
+    fn tab_completes_a_command_as_far_as_it_is_certain() {
+        for (typed, completed) in [
+            ("subgoal mo", "subgoal move "),
+            ("too", "tool "),
+            ("tool", "tool "),
+            ("scr", "screen-"),
+            ("task tk3", "task task3 "),
+            ("model nowhere", "model nowhere"),
+        ] {
+            let mut palette = palette(&[Context::Everywhere], &[]);
+            palette.paste(typed);
+            palette.key(KeyCode::Tab.into());
+            assert_eq!(palette.input.text(), completed);
+        }
+    }
+
+    #[test]
+    fn unknown_words_are_answered_with_similar_ones() {
+        let listed = |typed: &str| {
+            let mut palette = palette(&[Context::Everywhere], &[]);
+            palette.paste(typed);
+            let found = palette.found.iter().map(|item| item.entry.name.to_owned());
+            found.chain(palette.values.iter().map(|value| value.text.clone())).collect::<Vec<_>>()
+        };
+        assert_eq!(listed("undoo")[0], "undo");
+        assert!(listed("nosuch cmd").len() > 1);
+        assert_eq!(listed("model treu")[..2], ["model", "true"]);
+        assert_eq!(listed("terms numbers")[0], "docs/glossary.md");
+        assert!(listed("comparison other programs").contains(&"docs/comparisons.md".into()));
     }
 
     #[test]

@@ -144,15 +144,20 @@ pub fn rename(runs: &[&RunSummary], _: &Ui) -> Vec<Effect> {
     ask(runs, ["name of", "no text: that of its folder"], |run| &run.name, set)
 }
 
-/// Asks which runs are listed.
-pub fn ask_for_filter(state: &Runs) -> Vec<Effect> {
-    let read = |text: &str| {
-        let filter = filter::Filter::parse(text)?;
-        Ok(Effect::call(|app| {
+/// Asks which runs are listed, and lists them as one types.
+pub fn ask_for_filter(state: &Runs, ui: &Ui) -> Vec<Effect> {
+    let list = |filter: filter::Filter| {
+        Effect::call(|app| {
             let runs = &mut app.screens.runs;
-            (runs.filter, runs.selected, runs.row) = (filter, None, 0);
-        }))
+            if runs.filter.text != filter.text {
+                (runs.filter, runs.selected, runs.row) = (filter, None, 0);
+            }
+        })
     };
+    let read = move |text: &str| filter::Filter::parse(text).map(list);
+    let lines: Vec<String> = ui.view.runs.iter().map(|run| filter::line(run)).collect();
+    let live = move |text: &str| filter::Filter::begun(text, &lines).map(list);
     let hint = "words, task:4 method:ddpg-mge state:running note:paper epsilon<0.2 success>=50% seed=3";
-    vec![Effect::open(Form::prompt("show runs with", hint, &*state.filter.text, read))]
+    let prompt = Form::prompt("show runs with", hint, &*state.filter.text, read);
+    vec![Effect::open(prompt.completing(filter::completions(ui)).live(live))]
 }

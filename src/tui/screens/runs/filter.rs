@@ -1,13 +1,17 @@
 //! The filter of the list of runs: words, and conditions such as `task:4` and `epsilon<0.2`.
 
+use std::collections::BTreeSet;
+
 use serde_json::Value as Json;
 
 use super::super::Ui;
 use super::SETTINGS;
+use crate::tui::layers::Value as Completion;
 use crate::tui::view::RunSummary;
 use mge_base::json;
 use mge_base::spelling::did_you_mean;
 use mge_run::Metric;
+use mge_trainer::settings;
 use mge_workbench::command::Comparison;
 
 /// Which runs are listed.
@@ -28,28 +32,48 @@ enum Term {
     Compared(String, Comparison, f64),
 }
 
-/// A column of a run; None if it has no value.
-type Column = fn(&RunSummary, &Ui) -> Option<Json>;
+/// A column of a run: its name, a sign that follows it in a condition, what it is, and its value, None if it has none.
+type Column = (&'static str, &'static str, &'static str, fn(&RunSummary, &Ui) -> Option<Json>);
 
 /// What a condition may be on, besides settings. Success is a fraction from 0 to 1, epsilon the threshold of the first
-/// episode, the duration in seconds, the speed in episodes a second.
-const COLUMNS: [(&str, Column); 15] = [
-    ("task", |run, _| Some(run.config.task.name.as_str().into())),
-    ("method", |run, _| Some(run.config.method.name().into())),
-    ("state", |run, _| Some(run.state_word().into())),
-    ("name", |run, _| Some(run.name.as_str().into())),
-    ("folder", |run, _| Some(run.folder().into())),
-    ("label", |run, ui| Some(ui.view.groups.of(&run.path).map_or(&run.label, |group| &group.label).as_str().into())),
-    ("note", |run, _| Some(run.note.as_str().into())),
-    ("seed", |run, _| Some(run.config.seed.into())),
-    ("episodes", |run, _| Some(run.episodes().into())),
-    ("done", |run, _| Some(run.done.into())),
-    ("success", |run, _| Some(run.success?.into())),
-    ("epsilon", |run, _| Some(run.config.epsilon.threshold(0).into())),
-    ("charged", |run, _| Some(run.latest(Metric::ChargedActions)?.into())),
-    ("duration", |run, _| Some(run.seconds()?.into())),
-    ("speed", |run, _| Some(run.speed()?.into())),
+/// episode.
+#[rustfmt::skip]
+const COLUMNS: [Column; 15] = [
+    ("task", ":", "name of the task", |run, _| Some(run.config.task.name.as_str().into())),
+    ("method", ":", "name of the method", |run, _| Some(run.config.method.name().into())),
+    ("state", ":", "such as running or finished", |run, _| Some(run.state_word().into())),
+    ("name", ":", "name of the run", |run, _| Some(run.name.as_str().into())),
+    ("folder", ":", "folder of the run", |run, _| Some(run.folder().into())),
+    ("label", ":", "what tells the group from others", |run, ui| Some(ui.view.groups.of(&run.path).map_or(&run.label, |group| &group.label).as_str().into())),
+    ("note", ":", "note on the run", |run, _| Some(run.note.as_str().into())),
+    ("seed", "=", "seed", |run, _| Some(run.config.seed.into())),
+    ("episodes", ">", "number of episodes that are to be played", |run, _| Some(run.episodes().into())),
+    ("done", ">", "number of episodes played", |run, _| Some(run.done.into())),
+    ("success", ">", "success in percent, or as a share below 1", |run, _| Some(run.success?.into())),
+    ("epsilon", "<", "epsilon threshold of the first episode", |run, _| Some(run.config.epsilon.threshold(0).into())),
+    ("charged", "<", "charged actions so far", |run, _| Some(run.latest(Metric::ChargedActions)?.into())),
+    ("duration", "<", "seconds of training", |run, _| Some(run.seconds()?.into())),
+    ("speed", ">", "episodes a second", |run, _| Some(run.speed()?.into())),
 ];
+
+/// The names of all columns and settings.
+fn known() -> impl Iterator<Item = &'static str> {
+    COLUMNS.iter().map(|(name, ..)| *name).chain(SETTINGS.iter().map(String::as_str))
+}
+
+/// The beginnings of conditions on columns, those on columns with few texts, and those on settings.
+pub fn completions(ui: &Ui) -> Vec<Completion> {
+    let columns = COLUMNS.iter().map(|(name, sign, about, _)| Completion::new(format!("{name}{sign}"), *about));
+    let texts = COLUMNS[..3].iter().flat_map(|(name, sign, _, value)| {
+        let texts = ui.view.runs.iter().filter_map(|run| Some(json::text(&value(run, ui)?)));
+        texts.collect::<BTreeSet<_>>().into_iter().map(move |text| Completion::new(format!("{name}{sign}{text}"), ""))
+    });
+    let settings = SETTINGS.iter().map(|key| {
+        let about = settings().find(|(known, _)| known == key).map_or("", |(_, setting)| setting.about);
+        Completion::new(format!("{key}="), about)
+    });
+    columns.chain(texts).chain(settings).collect()
+}
 
 impl Filter {
     /// Reads what was typed: words and conditions, all of which must hold.
@@ -59,6 +83,17 @@ impl Filter {
     pub fn parse(text: &str) -> Result<Self, String> {
         let terms = text.split_whitespace().map(term).collect::<Result<_, String>>()?;
         Ok(Self { text: text.trim().to_owned(), terms })
+    }
+
+    /// Reads what is being typed: without its last word, if that is only the beginning of a condition.
+    ///
+    /// # Errors
+    /// What is wrong with an earlier condition.
+    pub fn begun(text: &str, lines: &[String]) -> Result<Self, String> {
+        let (before, last) = text.rsplit_once(' ').unwrap_or(("", text));
+        let last = last.to_lowercase();
+        let begins = || known().any(|known| known.starts_with(&last)) && !lines.iter().any(|line| line.contains(&last));
+        Self::parse(if term(&last).is_err() || begins() { before } else { text })
     }
 
     /// Whether it needs the curves of all runs.
@@ -93,10 +128,9 @@ fn term(word: &str) -> Result<Term, String> {
     let Some(((column, value), comparison)) = compared.or_else(|| Some((lower.split_once(':')?, None))) else {
         return Ok(Term::Word(lower));
     };
-    let known = || COLUMNS.iter().map(|(name, _)| *name).chain(SETTINGS.iter().map(String::as_str));
     if !known().any(|known| known == column) {
         let near = did_you_mean(known(), column);
-        let hint = if near.is_empty() { format!(": {}", COLUMNS.map(|(name, _)| name).join(", ")) } else { near };
+        let hint = if near.is_empty() { format!(": {}", COLUMNS.map(|(name, ..)| name).join(", ")) } else { near };
         return Err(format!("`{column}` is no column or setting{hint}"));
     }
     // The list shows success in percent.
@@ -107,6 +141,7 @@ fn term(word: &str) -> Result<Term, String> {
         (Some(sign), Some(number)) => {
             Ok(Term::Compared(column.to_owned(), sign, if is_percent(number) { number / 100.0 } else { number }))
         }
+        _ if value.is_empty() => Err(format!("`{word}` ends without a value")),
         (None | Some(Comparison::Equal), _) => {
             Ok(Term::Text(column.to_owned(), value.to_owned(), comparison.is_some()))
         }
@@ -115,15 +150,15 @@ fn term(word: &str) -> Result<Term, String> {
 }
 
 /// The text in which words are searched.
-fn line(run: &RunSummary) -> String {
+pub fn line(run: &RunSummary) -> String {
     let (task, method, seed) = (&run.config.task.name, run.config.method.name(), run.config.seed);
     format!("{} {} {task} {method} seed {seed} {}", run.name, run.folder(), run.state_word()).to_lowercase()
 }
 
 /// The value of a column or setting of a run.
 fn value(run: &RunSummary, column: &str, ui: &Ui) -> Option<Json> {
-    match COLUMNS.iter().find(|(name, _)| *name == column) {
-        Some((_, value)) => value(run, ui),
+    match COLUMNS.iter().find(|(name, ..)| *name == column) {
+        Some((.., value)) => value(run, ui),
         None => ui.view.groups.setting(run, column).cloned(),
     }
 }

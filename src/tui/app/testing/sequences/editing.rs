@@ -153,10 +153,10 @@ fn an_export_asks_before_it_overwrites_a_figure_or_its_table() {
 
 #[test]
 fn another_task_is_not_opened_over_unsaved_edits_without_a_question() {
-    check(typical(), "o down enter", &[], "The task task1 is edited and not saved");
-    check(ViewModel { dirty: false, ..typical() }, "o down enter", &[], "1 proposal for task1, not accepted yet");
-    check(typical(), "o down enter y", &["task task1"], "");
-    check(typical(), "o down down enter y", &["task task2"], "");
+    check(typical(), "o enter", &[], "The task task1 is edited and not saved");
+    check(ViewModel { dirty: false, ..typical() }, "o enter", &[], "1 proposal for task1, not accepted yet");
+    check(typical(), "o enter y", &["task task1"], "");
+    check(typical(), "o right enter y", &["task task2"], "");
     check(typical(), ": t a s k space t a s k 2 enter esc", &[], "(edited)");
 }
 
@@ -300,7 +300,7 @@ fn added_and_accepted_objects_are_selected() {
     assert_eq!(selected("A"), Some(Object::Part(task::Part::Subgoal(1))));
     assert_eq!(selected("2 tab tab A"), Some(Object::Part(task::Part::Subgoal(1))));
     assert_eq!(selected("2 Y"), None, "all were accepted");
-    assert_eq!(selected("2 T b o x enter"), Some(Object::Part(task::Part::Tool(typical().task.tools.len()))));
+    assert_eq!(selected("2 T b o x enter enter"), Some(Object::Part(task::Part::Tool(typical().task.tools.len()))));
     assert_eq!(selected("2 tab P"), None, "the tool is in hand");
     assert_eq!(selected("tab home"), None, "a past episode is not edited");
 }

@@ -216,7 +216,24 @@ fn a_click_accepts_a_completion_also_below_an_error() {
 #[test]
 fn what_a_selected_line_of_the_palette_has_no_room_for_is_below_it() {
     let (mut app, _) = app(empty());
-    press(&mut app, "o down");
+    press(&mut app, ": t a s k space down");
     let screen = text(&shot(&mut app, 80, 24));
     assert!(screen.contains("away from the bucket below it."), "{screen}");
+}
+
+#[test]
+fn the_list_of_keys_tells_where_one_is_and_has_pages_and_an_end() {
+    let (mut app, _) = app(empty());
+    let all = crate::tui::actions::entries().len();
+    for (key, place) in [
+        ("?", " 1-37".to_owned()),
+        ("pagedown", " 1-37".to_owned()),
+        ("pagedown", "-74".to_owned()),
+        ("end", format!("-{all}")),
+        ("home", " 1-37".to_owned()),
+    ] {
+        press(&mut app, key);
+        let screen = text(&shot(&mut app, 120, 40));
+        assert!(screen.contains(&format!("{place} of {all} ")), "{key}: {screen}");
+    }
 }

@@ -50,7 +50,9 @@ fn the_log_shows_what_matters_or_lines_with_words() {
     check(typical(), "8 v v", &[], "warnings and errors, esc shows all");
     check(typical(), "8 v v", &[], "No line matches. Escape shows all.");
     let failed = ViewModel { log: vec![at_noon(Level::Error, "no such file")], ..empty() };
-    check(failed, "8 / e r r o r enter", &[], "no such file");
+    check(failed.clone(), "8 / e r r o r enter", &[], "no such file");
+    check(failed.clone(), "8 / e r r o r", &[], "with `error`");
+    check(failed, "8 / e r r o r esc", &[], "log ───");
 }
 
 #[test]

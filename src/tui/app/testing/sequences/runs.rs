@@ -29,6 +29,12 @@ fn runs_are_watched_filtered_continued_and_evaluated() {
     check(typical(), "5 / o l d enter", &[], "with `old`");
     check(typical(), "5 / n o p e enter", &[], "No run matches this filter");
     check(typical(), "5 / n o p e enter esc", &[], "running");
+    check(typical(), "5 / o l d", &[], "with `old`");
+    check(typical(), "5 / o l d esc", &[], "runs in runs ───");
+    check(grouped(), "5 / g u i d e d space s u c c e s s >", &[], "with `guided`");
+    check(grouped(), "5 / s t a t e : f i n tab enter", &[], "with `state:finished`");
+    check(grouped(), "5 / g a m m", &[], "ddpg.gamma=");
+    check(grouped(), "5 / s e e d = enter", &[], "`seed=` ends without a value");
     check(empty(), "5", &[], "There are no runs in this folder yet");
 }
 

@@ -15,16 +15,16 @@ fn with_ramp() -> ViewModel {
 
 #[test]
 fn a_tool_is_found_and_added_clear_of_the_ball() {
-    check(empty(), "2 T s e e _ s a w enter", &["tool add see_saw 0 0"], "");
-    check(empty(), "2 T s e e s a w enter", &["tool add see_saw 0 0"], "");
+    check(empty(), "2 T s e e _ s a w enter enter", &["tool add see_saw 0 0"], "");
+    check(empty(), "2 T s e s a w enter enter", &["tool add see_saw 0 0"], "");
     check(empty(), "2 T f a n space 3 4 5 space 6 0 enter", &["tool add fan 0 0 angle=345 force=60"], "");
-    check(empty(), "2 T q q enter", &[], "no tool matches");
+    check(empty(), "2 T q q enter", &[], "nothing matches");
     check(empty(), "2 T esc", &[], "objects");
-    check(empty(), "2 B c a n n o n enter", &["placeable cannon"], "");
+    check(empty(), "2 B c a n n o n enter enter", &["placeable cannon"], "");
     let mut view = empty();
     Arc::make_mut(&mut view.task).ball.position = [0.0, 0.05];
     let (mut app, asked) = app(view);
-    press(&mut app, "2 T b o x enter");
+    press(&mut app, "2 T b o x enter enter");
     assert_ne!(asked.borrow()[0], "tool add box 0 0");
     let line = asked.borrow()[0].clone();
     let place = line.strip_prefix("tool add box ").unwrap();
@@ -37,18 +37,19 @@ fn the_tool_palette_is_navigated_by_keys_and_mouse() {
     press(&mut app, "2 T");
     shot(&mut app, 120, 40);
     // A row has six tools: down and right lead from the first to the eighth, a circle.
-    press(&mut app, "down right pagedown pageup end home down right enter");
+    press(&mut app, "down right pagedown pageup end home down right enter enter");
     assert_eq!(*asked.borrow(), ["tool add circle 0 0"]);
     press(&mut app, "T");
     let screen = text(&shot(&mut app, 120, 40));
     let (row, line) = screen.lines().enumerate().find(|(_, line)| line.contains("square")).unwrap();
     let column = line.split("square").next().unwrap().chars().count();
     mouse(&mut app, MouseEventKind::Down(MouseButton::Left), (column as u16, row as u16 - 1));
+    press(&mut app, "enter");
     assert_eq!(asked.borrow().last().unwrap(), "tool add square 0 0");
     press(&mut app, "T");
     shot(&mut app, 120, 40);
     mouse(&mut app, MouseEventKind::ScrollDown, (60, 20));
-    press(&mut app, "enter");
+    press(&mut app, "enter enter");
     assert_eq!(asked.borrow().last().unwrap(), "tool add trampoline 0 0");
 }
 
@@ -96,7 +97,7 @@ fn other_parts_of_a_level_are_selected_and_moved() {
 
 #[test]
 fn levels_are_in_the_list_of_tasks() {
-    check(empty(), "o S e e s a w down enter", &["task create/Seesaw"], "");
+    check(empty(), "o s e s a w enter", &["task create/Seesaw"], "");
 }
 
 #[test]
@@ -110,8 +111,8 @@ fn the_wheel_turns_no_tool_while_another_is_in_hand() {
 
 #[test]
 fn the_tool_palette_has_pages_and_typing_resets_its_selection() {
-    // A page has five rows of six tools.
-    check(empty(), "2 T", &[], "1 of ");
+    // A page has five rows of six tools; the first family is that of the bucket.
+    check(empty(), "2 T", &[], "1 of 19: bucket");
     for (keys, place) in [
         ("pagedown", "31 of "),
         ("pagedown pagedown pageup", "31 of "),
@@ -119,13 +120,13 @@ fn the_tool_palette_has_pages_and_typing_resets_its_selection() {
         ("down down up", "7 of "),
     ] {
         let (mut app, _) = app(empty());
-        press(&mut app, "2 T");
+        press(&mut app, "2 T r a m p enter");
         shot(&mut app, 120, 40);
         press(&mut app, keys);
         let screen = text(&shot(&mut app, 120, 40));
         assert!(screen.contains(&format!(" {place}")), "{keys}: {screen}");
     }
-    check(empty(), "2 T right right b o x enter", &["tool add box 0 0"], "");
+    check(empty(), "2 T right right b o x enter enter", &["tool add box 0 0"], "");
 }
 
 #[test]
@@ -151,7 +152,7 @@ fn a_tool_is_shown_where_it_is_dragged() {
 
 #[test]
 fn home_leaves_the_cursor_of_the_tool_palette_at_the_end() {
-    check(empty(), "2 T b o home x enter", &["tool add box 0 0"], "");
+    check(empty(), "2 T b o home x enter enter", &["tool add box 0 0"], "");
 }
 
 #[test]

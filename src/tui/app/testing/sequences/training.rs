@@ -74,10 +74,10 @@ fn stale_clusters_are_grey_and_say_so() {
 }
 
 #[test]
-fn tasks_and_models_are_picked_in_the_palette() {
-    check(empty(), "o down down enter", &["task task2"], "");
-    check(empty(), "o t a s k 3 down enter", &["task task3"], "");
-    check(empty(), "o t a s k 3", &[], "task3");
+fn tasks_and_models_are_picked() {
+    check(empty(), "o right enter", &["task task2"], "");
+    check(empty(), "o t k 3 enter", &["task task3"], "");
+    check(empty(), "o p s h", &[], "1 of 1: CREATE's level Push");
     check(empty(), "6 down enter", &["model true"], "");
 }
 
