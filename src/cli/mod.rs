@@ -25,14 +25,13 @@ use std::error::Error;
 use std::ffi::OsStr;
 use std::io::{self, Write};
 use std::iter;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::builder::{PathBufValueParser, TypedValueParser, ValueParser};
 use clap::{Arg, FromArgMatches};
 
-use mge_base::atomic::parent_of;
-use mge_base::paths::{self, entries};
+use mge_base::paths;
 use mge_run::{RunDirectory, RunError};
 use mge_trainer::batch::start_global_pool;
 
@@ -164,13 +163,5 @@ fn named_so(error: &(dyn Error + 'static)) -> Option<String> {
         RunError::NotARun(path) if !path.exists() => Some(path),
         _ => None,
     })?;
-    run_named(missing)
-}
-
-/// The run that has the name of a missing folder, in words.
-fn run_named(missing: &Path) -> Option<String> {
-    let (name, usual) = (missing.file_name()?.to_string_lossy(), runs::usual_folder());
-    let beside = [parent_of(missing), &*usual].into_iter().flat_map(|folder| entries(folder).unwrap_or_default());
-    let run = beside.into_iter().find(|run| RunDirectory::at(run).given_name() == name)?;
-    Some(format!(": the run in {} has that name", run.display()))
+    RunDirectory::named_so(missing, &runs::usual_folder())
 }

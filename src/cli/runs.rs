@@ -12,7 +12,6 @@ use serde_json::json;
 use super::arguments::{Arguments, Delete, Evaluate, Export, Figures, Fork, Rename, Resume, Script, Train, Workbench};
 use super::interrupt::Interrupt;
 use super::output::{self, Outcome};
-use super::run_named;
 use super::session::{RUNS, Viewer, follow, perform, use_folder};
 use crate::tui;
 use mge_agent::Ddpg;
@@ -86,7 +85,7 @@ pub fn no_such(path: &Path) -> String {
     let word = path.display().to_string();
     let program = Arguments::command();
     let commands = program.get_subcommands().map(clap::Command::get_name);
-    let hint = run_named(path).unwrap_or_else(|| did_you_mean(commands, &word));
+    let hint = RunDirectory::named_so(path, &usual_folder()).unwrap_or_else(|| did_you_mean(commands, &word));
     format!("`{word}` is neither a command nor the folder of a run{hint}")
 }
 

@@ -1,11 +1,15 @@
 //! User notes on a run: `notes.json` in its folder. Training and comparisons ignore it.
 
+use std::path::Path;
+
 use educe::Educe;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::file::{check_format, parse_json};
 use super::{Result, RunDirectory, RunError, file};
+use mge_base::atomic::parent_of;
+use mge_base::paths::entries;
 
 /// The format of `notes.json` that this program writes, and the newest that it reads.
 const FORMAT: u64 = 1;
@@ -74,6 +78,14 @@ impl RunDirectory {
     pub fn given_name(&self) -> String {
         // Unreadable notes count as none here; writing new ones reports the error.
         self.notes().map_or_else(|_| String::new(), |notes| notes.name)
+    }
+
+    /// The run beside a missing one, or in the usual folder of runs, that users gave the name of that, in words.
+    pub fn named_so(missing: &Path, usual: &Path) -> Option<String> {
+        let name = missing.file_name()?.to_string_lossy();
+        let beside = [parent_of(missing), usual].into_iter().flat_map(|folder| entries(folder).unwrap_or_default());
+        let run = beside.into_iter().find(|run| Self::at(run).given_name() == name)?;
+        Some(format!(": the run in {} has that name", run.display()))
     }
 
     /// Changes the notes on the run. This is allowed during training, which does not use them. Of changes by several

@@ -18,7 +18,7 @@ use super::runs::Runs;
 use super::setup::Setup;
 use mge_base::{json, stop};
 use mge_results::RunReader;
-use mge_run::{Event, RunState};
+use mge_run::{Event, RunDirectory, RunState};
 use mge_task::{self as task, Task};
 use mge_trainer::{Control, RunConfig, SettingError, SettingsFileError, set_the_same, settings_of, warnings};
 
@@ -164,10 +164,17 @@ impl Session {
     /// # Errors
     /// When the session has no run of the number.
     pub(super) fn with_folders(&self, command: Command) -> Result<Command, SessionError> {
+        let is_restored = command.is_restore();
         command.with_run_folders(|name| match run_number(name) {
             Some(number) => Ok(Some(self.runs.folder_of(number).ok_or_else(|| no_such_run(number))?.to_owned())),
             None if name.exists() => Ok(Some(self.setup.listed(name))),
-            None => Ok(Some(self.setup.folder.join(name)).filter(|folder| folder.exists())),
+            None => {
+                let place = Some(self.setup.folder.join(name)).filter(|folder| folder.exists());
+                // A deleted run may have the name that another was given.
+                let other = || RunDirectory::named_so(name, &self.setup.folder).filter(|_| !is_restored);
+                let Some(other) = other().filter(|_| place.is_none()) else { return Ok(place) };
+                Err(SessionError::Failed(format!("{} does not exist{other}", name.display())))
+            }
         })
     }
 

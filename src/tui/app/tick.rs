@@ -7,7 +7,7 @@ use super::{App, QuitState, TerminalRequest};
 use crate::tui::actions::Tab;
 use crate::tui::chart::Range;
 use crate::tui::screens::{runs, training};
-use crate::tui::view::{Choice, Level, Subject, comparable};
+use crate::tui::view::{Choice, Level, LogLine, Subject, comparable};
 use mge_run::RunState;
 use mge_trainer::Method;
 
@@ -32,8 +32,13 @@ impl App {
         let view = self.workspace.view();
         let fresh = view.log_total.saturating_sub(lines).min(view.log.len());
         let news = view.log[view.log.len() - fresh..].iter().rev().find(|line| line.level != Level::Info);
-        if let Some(line) = news.cloned() {
-            self.show_message(line.level, line.text);
+        if let Some(LogLine { level, text, .. }) = news.cloned() {
+            // A warning about what was just done comes after its report: it is not refused.
+            let is_of_it = |(of, _, shown): &(Level, String, Duration)| *of == Level::Good && shown.is_zero();
+            match self.message.take_if(|message| level == Level::Warning && is_of_it(message)) {
+                Some((_, done, _)) => self.show_message(Level::Info, format!("{done}; ! {text}")),
+                None => self.show_message(level, text),
+            }
         }
         self.age_message(elapsed);
         let is_asking = self.layers.iter().any(|layer| layer.is_warning());

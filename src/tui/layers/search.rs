@@ -30,7 +30,9 @@ const LEAST: u32 = 13;
 /// The items in which each word of the typed text is found, the best ones first: those with this name, those with a name
 /// that begins so, then those with its letters close together.
 pub fn search<T: Searched>(items: impl IntoIterator<Item = T>, typed: &str) -> Vec<T> {
-    let typed = typed.trim().to_lowercase();
+    // The value after a key is a word.
+    let typed = typed.to_lowercase().replace('=', "= ");
+    let typed = typed.trim();
     let words = typed.split_whitespace().map(|word| {
         let atom = |kind| Atom::new(word, CaseMatching::Ignore, Normalization::Smart, kind, false);
         // Scattered digits would be found in almost every number.
@@ -49,7 +51,7 @@ pub fn search<T: Searched>(items: impl IntoIterator<Item = T>, typed: &str) -> V
             let name = name.filter(|score| score >= least).map(|score| 2 * score);
             sum += name.max(score(part, &text).map(u32::from))?;
         }
-        let begins = names.iter().filter(|name| name.to_lowercase().starts_with(&typed));
+        let begins = names.iter().filter(|name| name.to_lowercase().starts_with(typed));
         let is_named = |name: &&str| name.len() == typed.len();
         Some((begins.clone().any(|name| is_named(name)), begins.count() > 0, sum))
     };

@@ -105,6 +105,13 @@ fn a_run_is_renamed_and_named_by_its_folder_in_commands() {
     assert_eq!(session.run().unwrap().name(), "the best");
     assert!(try_line(&mut session, "rename task1-ddpg-seed0 a/b").unwrap_err().contains("a name has at most"));
     assert!(session.to_script().contains("rename '%1' 'the best'"), "{}", session.to_script());
+    for line in ["open 'the best'", "delete 'the best'", "note 'the best' x", "figure learning a.png runs='the best'"] {
+        let error = try_line(&mut session, line).unwrap_err();
+        assert!(
+            error.starts_with("the best does not exist: the run in ") && error.contains("task1-ddpg-seed0"),
+            "{error}"
+        );
+    }
     assert_eq!(
         RunView::open(&folder.path().join("task1-ddpg-seed0")).unwrap().name(),
         "the best",

@@ -45,6 +45,15 @@ fn the_latest_important_line_of_the_log_is_shown() {
 }
 
 #[test]
+fn a_warning_about_what_was_just_done_follows_its_report() {
+    let (mut app, _) = app(empty());
+    app.show_message(Level::Good, "forking a at episode 100");
+    let warning = at_noon(Level::Warning, "epsilon 0 cripples it");
+    bring(&mut app, ViewModel { log: vec![warning], log_total: 1, ..empty() });
+    assert_eq!(app.message(), "forking a at episode 100; ! epsilon 0 cripples it");
+}
+
+#[test]
 fn leaving_when_idle_asks_once_all_runs_are_paused() {
     let mut view = typical();
     view.dirty = false;

@@ -128,6 +128,9 @@ impl Arguments {
                 std::iter::once(edited).chain(self.of_run.iter().filter(own).map(key)).collect()
             }
             ("figure", []) => FigureKind::ALL.map(|kind| Value::new(kind.name(), "")).into(),
+            ("figure", ["learning", _, ..]) if typed.starts_with("runs=") => {
+                self.runs.iter().map(|run| Value::new(format!("runs={}", run.text), &*run.about)).collect()
+            }
             ("figure", ["learning", _, ..]) => OPTIONS.map(|(key, about)| Value::new(format!("{key}="), about)).into(),
             ("epsilon", []) => schedules(),
             ("tool add" | "placeable", []) => ToolKind::ALL.map(|kind| Value::new(kind.name(), "")).into(),
@@ -250,6 +253,7 @@ mod tests {
         assert!(offered(&["task"], "task").contains(&"task4".to_owned()));
         assert_eq!(offered(&["ddpg-u"], "method")[..2], ["ddpg-uniform", "ddpg-uniform-adaptive"]);
         assert_eq!(offered(&["learning", "a.png", "ag"], "figure")[0], "against=");
+        assert_eq!(offered(&["learning", "a.png", "runs=ol"], "figure")[0], "runs=old");
         assert_eq!(offered(&["clu"], "figure"), ["clusters"]);
         assert_eq!(offered(&["see"], "tool add"), ["see_saw"]);
         assert_eq!(offered(&["1", "max"], "tool set"), ["max_angle="]);
