@@ -30,12 +30,12 @@ pub const VERMILLION: Color = rgb(0xD5, 0x5E, 0x00);
 /// See [`BLACK`].
 pub const PURPLE: Color = rgb(0xCC, 0x79, 0xA7);
 
-/// Darker colours of the same hues as in the Okabe-Ito palette.
-pub const NAVY: Color = rgb(0x00, 0x3F, 0x63);
+/// Other colours, which are told apart from these and each other with every colour vision, also among 256 colours.
+pub const NAVY: Color = rgb(0x00, 0x18, 0xF0);
 /// See [`NAVY`].
-pub const BRICK: Color = rgb(0x9E, 0x2A, 0x00);
+pub const BRICK: Color = rgb(0xC0, 0x24, 0x24);
 /// See [`NAVY`].
-pub const BRASS: Color = rgb(0xB0, 0x7A, 0x00);
+pub const BRASS: Color = rgb(0x6C, 0x6C, 0x30);
 
 /// Paper.
 pub const WHITE: Color = rgb(0xFF, 0xFF, 0xFF);
@@ -66,7 +66,7 @@ const METHODS: [(&str, Color); 13] = [
     ("random exploration", BLUE),
 ];
 
-/// Colours of other series, twelve in all, which differ in lightness where they could be confused.
+/// Colours of other series, twelve in all.
 const PALETTE: [Color; 12] = [
     BLUE,
     VERMILLION,
@@ -77,9 +77,9 @@ const PALETTE: [Color; 12] = [
     BRICK,
     BRASS,
     NAVY,
-    GREY,
-    rgb(0x5E, 0x7D, 0x1F),
-    rgb(0x6E, 0x2C, 0x91),
+    rgb(0x78, 0x78, 0x84),
+    rgb(0x54, 0x90, 0x54),
+    rgb(0xA8, 0x24, 0xF0),
 ];
 
 /// Dash patterns of lines, in order of appearance, so that lines differ without colour.

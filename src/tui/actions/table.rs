@@ -121,7 +121,7 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("watch-run", "enter", "watch", "open", "watch the selected run", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::watch))),
         ("mark-run", "space", "mark", "", "mark the run or group; the next action applies to all marked ones", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::mark))),
         ("fold-group", "tab", "fold", "", "show the seeds of the group, or hide them", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::fold))),
-        ("filter-runs", "/", "filter", "", "show only runs with words or like task:4 epsilon<0.2 note:paper", Effects(|s, ui| runs::ask_for_filter(&s.runs, ui))),
+        ("filter-runs", "/", "filter", "", "show only runs with words or regexes, or like task:4 epsilon<0.2", Effects(|s, ui| runs::ask_for_filter(&s.runs, ui))),
         ("sort-runs", "s", "sort", "", "the run of highest success first, or the latest one", Change(|s, _| s.runs.by_success ^= true)),
         ("whole-preview", "+", "", "", "show more of the selected run's settings and note, without its curves, or less", Change(|s, _| s.runs.whole ^= true)),
         ("compare-runs", "V", "compare", "", "show the curves of the marked runs, or of the selected group, together", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::compare))),
@@ -139,6 +139,7 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
     (Figures, &[
         ("export-figure", "enter", "as PNG", "figure", "export the selected figure as PNG", Do(|app| app.export_selected("png"))),
         ("export-svg", "s", "as SVG", "figure", "export the selected figure as SVG", Do(|app| app.export_selected("svg"))),
+        ("view-figure", "v", "view", "", "open the exported PNG in the system's viewer", Do(App::view_figure)),
         ("compose", "tab", "compose", "figure", "compose the learning figure of the marked runs", Effects(figures::compose)),
     ]),
     (Log, &[

@@ -293,10 +293,12 @@ impl App {
     pub fn draw(&mut self, frame: &mut Frame) {
         self.changed = false;
         let contexts = self.contexts();
+        let leaves = (self.leaving == QuitState::WhenIdle)
+            .then_some((Level::Warning, "leaves as soon as no run is in training; quit again to stay"));
         let chrome = Chrome {
             tab: self.tab,
             contexts: &contexts,
-            message: self.message.as_ref().map(|(level, text, _)| (*level, &**text)),
+            message: self.message.as_ref().map(|(level, text, _)| (*level, &**text)).or(leaves),
             covered: !self.layers.is_empty(),
         };
         let area = frame.area();

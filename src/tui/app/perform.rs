@@ -238,6 +238,19 @@ impl App {
         self.apply(figure);
     }
 
+    /// Opens the selected figure, once exported, in the system's viewer.
+    pub fn view_figure(&mut self) {
+        let file = figures::file(figures::selected(&self.screens.lists), "png", &self.screens.lists, &self.ui());
+        if !file.exists() {
+            let export = fill("{export-figure} exports it");
+            return self.show_message(Level::Info, format!("{} does not exist yet: {export}", file.display()));
+        }
+        match open::that_detached(&file) {
+            Ok(()) => self.show_message(Level::Good, format!("opening {}", file.display())),
+            Err(error) => self.show_message(Level::Error, format!("no viewer opens {}: {error}", file.display())),
+        }
+    }
+
     /// Undoes the latest edit of the schedule on its screen, the latest deletion on the Runs screen, or else the latest
     /// edit of the task.
     pub fn undo(&mut self) {

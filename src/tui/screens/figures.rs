@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use ratatui::buffer::Buffer;
@@ -62,13 +62,17 @@ pub fn draw(screens: &Screens, ui: &Ui, covered: bool, area: Rect, buffer: &mut 
 /// The command that exports a figure in a format.
 pub fn export(kind: FigureKind, format: &str, lists: &Lists, runs: &Runs, ui: &Ui) -> Command {
     let composition = composition(kind, lists, runs, ui);
+    command::Figure { composition, ..command::Figure::with_defaults(kind, &file(kind, format, lists, ui)) }.into()
+}
+
+/// The file to which a figure is exported.
+pub fn file(kind: FigureKind, format: &str, lists: &Lists, ui: &Ui) -> PathBuf {
     let name = match kind {
         FigureKind::Learning if !lists.file.is_empty() => format!("{}.{format}", lists.file),
         FigureKind::Learning => format!("{}.{format}", kind.name()),
         _ => fitting(&ui.view.task.name, &format!("-{}.{format}", kind.name())),
     };
-    let path = Path::new("figures").join(name);
-    command::Figure { composition, ..command::Figure::with_defaults(kind, &path) }.into()
+    Path::new("figures").join(name)
 }
 
 /// Whether the figure of learning curves shows the run in a folder.

@@ -26,7 +26,9 @@ pub fn draw(ui: &Ui, area: Rect, buffer: &mut Buffer) {
     let mut rows = Rows { lines: Vec::new(), room, theme: ui.theme };
     let (clusters, colour) = clusters(ui);
     let colour = colour.map_or(Style::new(), |colour| Style::new().fg(colour));
-    let mut next = vec![("method", format!("{}, seed {}", settings.method.label(), settings.seed), Style::new())];
+    // Beside those of a run.
+    let method = if run.is_some() { "next run" } else { "method" };
+    let mut next = vec![(method, format!("{}, seed {}", settings.method.label(), settings.seed), Style::new())];
     if settings.method.uses("epsilon") {
         next.push(("epsilon", settings.epsilon.describe(), Style::new()));
     }

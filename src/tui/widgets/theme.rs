@@ -246,6 +246,59 @@ fn nearest_256(rgb: [u8; 3]) -> u8 {
 mod tests {
     use super::*;
 
+    /// A colour as seen without red (0) or green (1) cones, or with all (2): lightness, green to red, and blue to yellow
+    /// in CIELAB. The matrices are those of Machado et al. (2009), at full severity.
+    fn seen([r, g, b]: [u8; 3], vision: usize) -> [f64; 3] {
+        const VISIONS: [[[f64; 3]; 3]; 3] = [
+            [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+            [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.01182, 0.04294, 0.968881]],
+            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        ];
+        const WHITE: [[f64; 3]; 3] = [[0.4339, 0.3762, 0.1899], [0.2126, 0.7152, 0.0722], [0.0177, 0.1095, 0.8729]];
+        let linear = [r, g, b].map(|channel| match f64::from(channel) / 255.0 {
+            low if low <= 0.04045 => low / 12.92,
+            high => ((high + 0.055) / 1.055).powf(2.4),
+        });
+        let times = |matrix: [[f64; 3]; 3], vector: [f64; 3]| {
+            matrix.map(|row| row.iter().zip(vector).map(|(a, b)| a * b).sum::<f64>().clamp(0.0, 1.0))
+        };
+        let [x, y, z] = times(WHITE, times(VISIONS[vision], linear)).map(|value| match value {
+            low if low <= 0.008856 => 7.787 * low + 16.0 / 116.0,
+            high => high.cbrt(),
+        });
+        [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+    }
+
+    #[test]
+    fn the_twelve_colours_of_runs_are_told_apart_with_every_colour_vision() {
+        let names: Vec<String> = (0..12).map(|number| format!("run {number}")).collect();
+        let series = figures::series(&names.iter().map(String::as_str).collect::<Vec<_>>());
+        let channels = |colour| match colour {
+            Color::Rgb(r, g, b) => [r, g, b],
+            Color::Indexed(grey @ 232..) => [8 + 10 * (grey - 232); 3],
+            Color::Indexed(cube) => [(cube - 16) / 36, (cube - 16) / 6 % 6, (cube - 16) % 6]
+                .map(|level| [0, 95, 135, 175, 215, 255][usize::from(level)]),
+            other => panic!("{other:?}"),
+        };
+        for (palette, depth) in [Palette::Dark, Palette::Light]
+            .map(|palette| [Depth::True, Depth::Ansi256].map(|depth| (palette, depth)))
+            .concat()
+        {
+            let theme = Theme::new(palette, depth, ASCII);
+            let shown: Vec<_> = series.iter().map(|look| channels(theme.visible(look.color))).collect();
+            for vision in 0..3 {
+                for (place, colour) in shown.iter().enumerate() {
+                    for other in &shown[..place] {
+                        let apart =
+                            seen(*colour, vision).into_iter().zip(seen(*other, vision)).map(|(a, b)| (a - b).powi(2));
+                        let apart = apart.sum::<f64>().sqrt();
+                        assert!(apart > 12.0, "{colour:?} and {other:?}, vision {vision}, {depth:?}: {apart:.1}");
+                    }
+                }
+            }
+        }
+    }
+
     #[test]
     fn the_environment_determines_depth_palette_and_marker() {
         let from = |variables: &[(&str, &str)], is_light| {
@@ -304,8 +357,8 @@ mod tests {
             looks.into_iter().map(|look| theme.visible(look.color)).collect::<Vec<_>>()
         };
         let blue = Color::Rgb(0, 114, 178);
-        assert_eq!(shown(Palette::Light), [Color::Rgb(0, 0, 0), blue, Color::Rgb(0, 63, 99)]);
-        assert_eq!(shown(Palette::Dark), [Color::Rgb(127, 127, 127), blue, Color::Rgb(127, 158, 176)]);
+        assert_eq!(shown(Palette::Light), [Color::Rgb(0, 0, 0), blue, Color::Rgb(0, 24, 240)]);
+        assert_eq!(shown(Palette::Dark), [Color::Rgb(127, 127, 127), blue, Color::Rgb(127, 139, 247)]);
     }
 
     #[test]

@@ -157,7 +157,7 @@ pub fn ask_for_filter(state: &Runs, ui: &Ui) -> Vec<Effect> {
     let read = move |text: &str| filter::Filter::parse(text).map(list);
     let lines: Vec<String> = ui.view.runs.iter().map(|run| filter::line(run)).collect();
     let live = move |text: &str| filter::Filter::begun(text, &lines).map(list);
-    let hint = "words, task:4 method:ddpg-mge state:running note:paper epsilon<0.2 success>=50% seed=3";
+    let hint = "words or regexes, task:4 method:ddpg-mge state:running note:paper epsilon<0.2 success>=50% seed=3";
     let prompt = Form::prompt("show runs with", hint, &*state.filter.text, read);
     vec![Effect::open(prompt.completing(filter::completions(ui)).live(live))]
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use regex_lite::Regex;
 use serde_json::Value as Json;
 
 use super::super::Ui;
@@ -24,8 +25,8 @@ pub struct Filter {
 
 #[derive(Debug, Clone)]
 enum Term {
-    /// Part of the text of a run.
-    Word(String),
+    /// Part of the text of a run, as a regular expression.
+    Word(Regex),
     /// Part of the text in one of its columns, or the whole.
     Text(String, String, bool),
     /// A comparison of one of its columns with a number.
@@ -109,7 +110,7 @@ impl Filter {
     /// Whether a run is listed.
     pub fn accepts(&self, run: &RunSummary, ui: &Ui) -> bool {
         self.terms.iter().all(|term| match term {
-            Term::Word(word) => line(run).contains(word),
+            Term::Word(word) => word.is_match(&line(run)),
             Term::Text(column, text, whole) => value(run, column, ui)
                 .map(|value| json::text(&value).to_lowercase())
                 .is_some_and(|found| if *whole { found == *text } else { found.contains(text) }),
@@ -126,7 +127,8 @@ fn term(word: &str) -> Result<Term, String> {
     // The longer signs come first.
     let compared = Comparison::ALL.iter().find_map(|sign| Some((lower.split_once(sign.name())?, Some(*sign))));
     let Some(((column, value), comparison)) = compared.or_else(|| Some((lower.split_once(':')?, None))) else {
-        return Ok(Term::Word(lower));
+        let read = Regex::new(&format!("(?i){word}")).map(Term::Word);
+        return read.map_err(|_| format!("`{word}` is not a regular expression"));
     };
     if !known().any(|known| known == column) {
         let near = did_you_mean(known(), column);
@@ -173,16 +175,16 @@ mod tests {
 
     #[test]
     fn conditions_are_read_and_mistakes_explained() {
-        let text = " old task:4 Method:DDPG-mge epsilon<0.2 seed>=3 ddpg.gamma=0.9 prior:learned hold_tolerance<1 \
+        let text = " old|new task:4 Method:DDPG-mge epsilon<0.2 seed>=3 ddpg.gamma=0.9 prior:learned hold_tolerance<1 \
                     method=ddpg success>90 success<=5% success>0.5";
         let parsed = Filter::parse(text).unwrap();
         let shown = |term: &Term| match term {
-            Term::Word(word) => word.clone(),
+            Term::Word(word) => word.to_string(),
             Term::Text(column, text, whole) => format!("{column}{}{text}", if *whole { "=" } else { ":" }),
             Term::Compared(column, _, value) => format!("{column} {value}"),
         };
         let expected = [
-            "old",
+            "(?i)old|new",
             "task:4",
             "method:ddpg-mge",
             "epsilon 0.2",
@@ -200,6 +202,7 @@ mod tests {
             ("epsilo<0.2", "did you mean `epsilon`?"),
             ("seed<x", "`x` in `seed<x` is not a number"),
             ("tsak:4", "did you mean `task`?"),
+            ("seed[0", "`seed[0` is not a regular expression"),
         ] {
             let error = Filter::parse(text).unwrap_err();
             assert!(error.contains(problem), "{text}: {error}");

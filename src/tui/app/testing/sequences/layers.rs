@@ -173,7 +173,7 @@ fn an_effect_that_fails_skips_the_rest() {
 #[test]
 fn a_prompt_shows_the_end_of_its_line_and_an_error_until_the_line_changes() {
     check(typical(), "5 / o > enter", &[], "`o` is no column or setting");
-    check(typical(), "5 / o > enter backspace", &[], "words, task:4");
+    check(typical(), "5 / o > enter backspace", &[], "words or regexes, task:4");
     check(empty(), "W", &[], ": save my-task1.json");
     let (mut app, _) = app(typical());
     press(&mut app, "5 /");

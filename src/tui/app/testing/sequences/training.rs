@@ -181,13 +181,14 @@ fn a_model_that_does_not_fit_the_task_is_refused_however_it_is_chosen() {
 fn figures_are_previewed_and_exported() {
     check(empty(), "7 down", &[], "there is nothing for the clusters figure in tests");
     check(empty(), "7 enter", &["figure scene figures/task1-scene.png"], "");
+    check(empty(), "7 v", &[], "figures/task1-scene.png does not exist yet: enter exports it");
     check(empty(), "7 s", &["figure scene figures/task1-scene.svg"], "");
     let offered = |keys: &str| {
         let (mut app, _) = app(empty());
         press(&mut app, keys);
         text(&shot(&mut app, 120, 40)).lines().last().unwrap_or_default().to_owned()
     };
-    assert!(offered("7").starts_with("enter as PNG  s as SVG  tab compose"), "{}", offered("7"));
+    assert!(offered("7").starts_with("enter as PNG  s as SVG  v view  tab compose"), "{}", offered("7"));
 }
 
 #[test]
