@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::slice;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use serde_json::{Map, Value, json};
@@ -15,7 +16,7 @@ use mge_results::{FoundRun, differences, find_runs, read_runs, result_label};
 use mge_run::{RunDirectory, RunError, RunHistory};
 use mge_task::is_edited;
 use mge_trainer::non_default_settings;
-use mge_workbench::listing::{self, RunSummary, read_run};
+use mge_workbench::listing::{self, Grouping, RunSummary, read_run};
 use mge_workbench::run_label;
 
 /// Lists runs. Damaged ones are named on stderr.
@@ -32,18 +33,25 @@ pub fn runs(arguments: &Runs) -> Outcome {
     let read = |path| read_run(path).map(|run| run.map(RunSummary::with_whole_log));
     for read in found.par_iter().map(|path| read(path)).collect::<Vec<_>>() {
         match read {
-            Ok(run) => runs.extend(run),
+            Ok(run) => runs.extend(run.map(Arc::new)),
             Err(error) => {
                 damaged += 1;
                 output::message(error);
             }
         }
     }
+    // Named as in the workbench and in figures of the same runs.
+    let groups = Grouping::new(&runs, &Grouping::default());
+    for run in runs.iter_mut().map(Arc::make_mut) {
+        if let Some(group) = groups.of(&run.path) {
+            run.label = format!("{}, seed {}", group.label, run.config.seed);
+        }
+    }
     if arguments.format.json {
-        output::json(&runs.iter().map(entry).collect::<Vec<_>>())?;
+        output::json(&runs.iter().map(|run| entry(run)).collect::<Vec<_>>())?;
     } else {
         let header = ["run", "state", "episodes", "success", "changed", "label", "task"].map(str::to_owned);
-        output::table(&[vec![header], runs.iter().map(line).collect()].concat())?;
+        output::table(&[vec![header], runs.iter().map(|run| line(run)).collect()].concat())?;
     }
     match damaged {
         0 => Ok(()),

@@ -179,7 +179,7 @@ mod tests {
         let rows = [Method::DdpgMgeAdaptive, Method::Ddpg].map(row);
         let scores = method_scores(&rows, &Bootstrap::default(), None).unwrap();
         assert_eq!((scores.panels[0].methods[0].label.as_str(), scores.reference.as_deref()), {
-            ("adaptive DDPG-MGE, epsilon by need", Some("DDPG"))
+            ("adaptive DDPG-MGE", Some("DDPG"))
         });
     }
 

@@ -75,7 +75,7 @@ impl LearningRow {
     /// Name of its method, threshold and settings, as in legends and tables.
     pub fn label(&self) -> String {
         let mut label = match self.method.parse::<Method>() {
-            Ok(method) if method.uses("epsilon") && (method.has_clusters() || self.own_epsilon) => {
+            Ok(method) if self.has_threshold(method) => {
                 format!("{}, epsilon {}", method.label(), self.threshold())
             }
             Ok(method) => method.label().to_owned(),
@@ -87,12 +87,17 @@ impl LearningRow {
         label
     }
 
+    /// Whether its epsilon is part of its name: one that is not its method's default, or a schedule of clusters.
+    fn has_threshold(&self, method: Method) -> bool {
+        let is_usual = !method.has_clusters() || self.epsilon.starts_with("need:");
+        method.uses("epsilon") && (self.own_epsilon || !is_usual)
+    }
+
     /// The epsilon schedule in short form, or in full if the short form is ambiguous.
     fn threshold(&self) -> String {
         let parts: Vec<&str> = self.epsilon.split(':').collect();
         match (self.settings.contains_key(WHOLE_SCHEDULE), parts.as_slice()) {
             (false, ["linear", from, to, _]) => format!("{from} to {}", self.end.as_deref().unwrap_or(to)),
-            (_, ["need", ..]) if !self.own_epsilon => "by need".to_owned(),
             (true, ["points", points]) => format!("drawn {}", points.replace(',', ", ")),
             _ => self.epsilon.parse().map_or(self.epsilon.clone(), |known: EpsilonSchedule| known.describe()),
         }
@@ -413,9 +418,9 @@ mod tests {
         assert_eq!(all, usual.each_ref().map(alone));
         assert_eq!(all.iter().collect::<BTreeSet<_>>().len(), Method::ALL.len());
         let adaptive = &usual[5];
-        assert_eq!(alone(adaptive), "adaptive DDPG-MGE, epsilon by need");
+        assert_eq!(alone(adaptive), "adaptive DDPG-MGE");
         let both = labels(&[usual[0].clone(), other.clone(), adaptive.clone()]);
-        let expected = ["DDPG", "DDPG, ddpg.tau 0.1", "adaptive DDPG-MGE, epsilon by need"];
+        let expected = ["DDPG", "DDPG, ddpg.tau 0.1", "adaptive DDPG-MGE"];
         assert_eq!(both, expected, "a setting that somebody changed is shown only where it is changed");
         assert_eq!(labels(&[other, adaptive.clone()]), expected[1..]);
         let needs =
@@ -423,7 +428,7 @@ mod tests {
         assert!(labels(&needs)[1].contains("by need, 0.3 clusters"), "two schedules of one kind are distinguished");
         let own = labels(&[adaptive.clone(), adaptive.with_setting("epsilon", "need:0.5:0.25:10").unwrap()]);
         let whole = "by need, 0.5 clusters and 0.25 noise, over 10 greedy attempts";
-        assert_eq!(own, ["by need", whole].map(|how| format!("adaptive DDPG-MGE, epsilon {how}")));
+        assert_eq!(own, ["adaptive DDPG-MGE".to_owned(), format!("adaptive DDPG-MGE, epsilon {whole}")]);
         let without_clusters = RunConfig::default_for(task.clone(), Method::DdpgAdaptive);
         let changes = [("epsilon", "need:0:0.75:20"), ("epsilon", "need:0:0.1:20"), ("granularity", "step")];
         let changed = changes.map(|(key, value)| without_clusters.with_setting(key, value).unwrap());
