@@ -97,7 +97,7 @@ pub use predictor::{Errors, Predictor};
 pub use rapier::Rapier;
 pub use recipe::{Recipe, TASK_MODEL_SETTINGS, TaskModelConfig};
 pub use rollout::{Rollout, RolloutAction, rollouts};
-pub use shipped::{file_of, named, shipped, shipped_for, shipped_models};
+pub use shipped::{file_of, named, shipped, shipped_evaluation, shipped_for, shipped_models};
 pub use tool_set::{ToolSet, canonical_tool_set, model_name, tool_set_name};
 pub use train::{Progress, Training, train_to_file};
 pub use variety::Variety;

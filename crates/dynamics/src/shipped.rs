@@ -18,6 +18,13 @@ const FILES: [(&str, &[u8]); 3] = [
     ("box-wall-floor", include_bytes!("../models/box-wall-floor.safetensors")),
 ];
 
+/// What `mge dynamics evaluate` prints of them.
+const EVALUATIONS: [&str; 3] = [
+    include_str!("../models/bucket-box.evaluation.json"),
+    include_str!("../models/square-floor.evaluation.json"),
+    include_str!("../models/box-wall-floor.evaluation.json"),
+];
+
 static MODELS: LazyLock<[(&str, Arc<Model>); 3]> = LazyLock::new(|| {
     // The files are part of the binary, and a test reads them all.
     FILES.map(|(name, bytes)| (name, Arc::new(Model::from_bytes(bytes, name).expect("a shipped model"))))
@@ -26,6 +33,11 @@ static MODELS: LazyLock<[(&str, Arc<Model>); 3]> = LazyLock::new(|| {
 /// The shipped models by name, which is their tool set in canonical order. They are loaded once.
 pub fn shipped_models() -> &'static [(&'static str, Arc<Model>)] {
     &*MODELS
+}
+
+/// The evaluation of the shipped model with this name, as JSON.
+pub fn shipped_evaluation(name: &str) -> Option<&'static str> {
+    FILES.iter().zip(EVALUATIONS).find(|((known, _), _)| *known == name).map(|(_, text)| text)
 }
 
 /// The shipped model with the smallest tool set that includes all of `tools`.

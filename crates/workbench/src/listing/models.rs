@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::models::{MODELS, is_listed};
 use mge_base::paths::entries;
-use mge_dynamics::{Evaluation, LaunchErrors, Model, OneTool, shipped, shipped_models};
+use mge_dynamics::{Evaluation, LaunchErrors, Model, OneTool, shipped_evaluation, shipped_models};
 use mge_physics::ToolKind;
 use mge_task::Task;
 use mge_trainer::PriorSource;
@@ -103,12 +103,12 @@ impl ModelSummary {
     }
 }
 
-/// The errors of a model by tool, as `mge dynamics evaluate` wrote them beside its file, or into the folder of models for
-/// a shipped one, if they are of this very model.
+/// The errors of a shipped model by tool, or those that `mge dynamics evaluate` wrote beside its file, if they are of this
+/// very model.
 fn errors(name: &str, model: &Model) -> Option<Vec<(ToolKind, [f64; 2])>> {
-    let beside = format!("{name}.evaluation.json");
-    let path = if shipped(name).is_some() { Path::new(MODELS).join(beside) } else { beside.into() };
-    let evaluation: Evaluation = serde_json::from_str(&mge_base::bounded::read_text(&path).ok()?).ok()?;
+    let beside = || mge_base::bounded::read_text(Path::new(&format!("{name}.evaluation.json"))).ok();
+    let text = shipped_evaluation(name).map(str::to_owned).or_else(beside)?;
+    let evaluation: Evaluation = serde_json::from_str(&text).ok()?;
     let of_tool = |launches: &LaunchErrors| {
         let mean = |errors: &OneTool| errors.rollout.last().map_or(f64::NAN, |errors| errors.mean);
         (launches.tool, [&launches.errors.model, &launches.errors.constant_velocity].map(mean))
@@ -138,5 +138,10 @@ mod tests {
         let wrong = of("bucket-box");
         assert!(!wrong.fits && wrong.about.starts_with("wrong tools: lacks "), "{}", wrong.about);
         assert!(of("square-floor").about.contains(" launches of each tool, "), "{}", of("square-floor").about);
+        for (name, _) in shipped_models() {
+            let tools: Vec<ToolKind> = of(name).errors.iter().map(|(tool, _)| *tool).collect();
+            assert_eq!(tools, of(name).tools, "its evaluation is that of the shipped file");
+            assert!(!of(name).is_no_better(), "{}", of(name).about);
+        }
     }
 }
