@@ -185,3 +185,19 @@ pub const TICK_LENGTH: f64 = 2.5;
 pub const MARGIN: f64 = 4.0;
 /// Space between panels.
 pub const GAP: f64 = 8.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_label_keeps_its_colour_and_others_take_those_that_are_free() {
+        let first = colors(&[("DDPG", None), ("DDPG, a", None), ("x", None)]);
+        assert_eq!(first[..2], colors(&[("DDPG", None), ("DDPG, b", None)]), "whatever comes after them");
+        let kept = colors(&[("new", None), ("x", Some(first[2])), ("y", Some(first[2])), ("DDPG", None)]);
+        assert!(kept[1] == first[2] && kept[2] != first[2] && kept[0] != first[2], "{kept:?}");
+        let many: Vec<String> = (0..13).map(|n| n.to_string()).collect();
+        let many = colors(&many.iter().map(|label| (&**label, None)).collect::<Vec<_>>());
+        assert!((0..13).all(|n| !many[..n].contains(&many[n])), "{many:?}");
+    }
+}

@@ -79,10 +79,9 @@ impl Axes {
     }
 
     fn draw_y(&self, theme: &Theme, buffer: &mut Buffer) {
-        let bar = theme.symbol("│", "|");
         let width = GUTTER - 1;
         for row in self.plot.rows() {
-            buffer.set_string(row.x - 1, row.y, bar, theme.border);
+            buffer.set_string(row.x - 1, row.y, "│", theme.border);
         }
         let most = usize::from(self.plot.height / 2).clamp(2, 6);
         for (value, text) in value_labels(self.y, self.scale == Scale::Log, most, width.into()) {
@@ -111,11 +110,11 @@ impl Axes {
     }
 
     /// Draws a vertical line at an x value, if that is visible, behind what is drawn already.
-    pub fn bar(&self, x: f32, style: Style, theme: &Theme, buffer: &mut Buffer) {
+    pub fn bar(&self, x: f32, style: Style, buffer: &mut Buffer) {
         let Some(column) = self.column(x) else { return };
         for row in self.plot.top()..self.plot.bottom() {
             if buffer[(column, row)].symbol() == " " {
-                buffer.set_string(column, row, theme.symbol("┊", "|"), style);
+                buffer.set_string(column, row, "┊", style);
             }
         }
     }

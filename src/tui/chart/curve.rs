@@ -39,7 +39,7 @@ pub fn draw(plot: &Plot, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Opti
         plot.curves.iter().for_each(|curve| shade(curve, &look(curve), &axes, context));
         plot.curves.iter().zip(&lines).for_each(|(curve, line)| trace(curve, line, context));
     });
-    plot.crosshair.into_iter().for_each(|[x, _]| axes.bar(x, theme.faint(), theme, buffer));
+    plot.crosshair.into_iter().for_each(|[x, _]| axes.bar(x, theme.faint(), buffer));
     evaluated.iter().zip(below.rows()).for_each(|(curve, row)| evaluations(curve, row, &axes, theme, buffer));
     Some(axes)
 }
@@ -65,9 +65,8 @@ fn range(lines: &[Vec<Point>], plot: &Plot) -> Option<[f32; 2]> {
     match plot.y.filter(|_| plot.scale == Scale::Linear) {
         Some(least) => Some(union(found, least)),
         None => {
-            let margin = ((found[1] - found[0]) * 0.05)
-                .max(found[1].abs() * if found[0] == found[1] { 0.1 } else { 1e-3 })
-                .max(1e-6);
+            let margin =
+                ((found[1] - found[0]) * 0.05).max(found[1].abs() * if found[0] == found[1] { 0.1 } else { 1e-3 });
             Some([found[0] - margin, found[1] + margin])
         }
     }
@@ -102,9 +101,9 @@ fn evaluations(curve: &Curve, row: Rect, axes: &Axes, theme: &Theme, buffer: &mu
     let placed = curve.evaluations.iter().filter_map(|(episode, value)| Some((axes.column(*episode as f32)?, *value)));
     for marks in placed.collect::<Vec<_>>().chunk_by(|a, b| a.0 == b.0) {
         let mark = match marks.iter().map(|(_, value)| value).sum::<f32>() / marks.len() as f32 {
-            1.0.. => theme.symbol("●", "#"),
-            0.0 => theme.symbol("○", "o"),
-            _ => theme.symbol("◐", "+"),
+            1.0.. => "●",
+            0.0 => "○",
+            _ => "◐",
         };
         buffer.set_string(marks[0].0, row.y, mark, Style::new().fg(curve.colour));
     }
@@ -152,7 +151,7 @@ mod tests {
         let values: Vec<f32> = (0..20).map(|i| i as f32).collect();
         let lines = lines(&plot(&values, &[]), ASCII);
         assert_eq!(lines[0], "loss  a: 19");
-        assert!(lines[1].ends_with('*') && lines[4].contains("|***"), "{lines:#?}");
+        assert!(lines[1].ends_with('*') && lines[4].contains("│***"), "{lines:#?}");
         assert_eq!(lines[5], "episode       10        20");
     }
 

@@ -183,37 +183,27 @@ impl Labels<'_> {
     }
 
     fn all(&mut self, content: &Content) {
-        let unicode = self.theme.marker != ASCII;
         let bold = |colour: Color| Style::new().fg(colour).add_modifier(Modifier::BOLD);
         for (index, subgoal) in content.objects.task.subgoals.iter().enumerate() {
             let reached = content.frame.reached.contains(&index);
-            let mark = if unicode { "✓".to_owned() } else { "v".to_owned() };
-            let text = if reached { mark } else { (index + 1).to_string() };
+            let text = if reached { "✓".to_owned() } else { (index + 1).to_string() };
             let colour = if reached { self.theme.good } else { self.theme.stage(index) };
             self.put(subgoal.position, &text, bold(colour));
         }
         for (index, proposal) in content.objects.proposed.iter().enumerate() {
             self.put(proposal.position, &format!("{}?", index + 1), bold(self.theme.warn));
         }
-        let goal = match (content.frame.goal, unicode) {
-            (true, true) => "★",
-            (true, false) => "*",
-            (false, _) => "G",
-        };
+        let goal = if content.frame.goal { "★" } else { "G" };
         self.put(content.objects.task.goal.position, goal, bold(self.theme.goal));
-        self.means(content, if unicode { "+" } else { "x" });
-        if self.theme.marker == ASCII || self.view.area.height < 12 {
-            self.put(content.frame.ball, "o", bold(self.theme.ball));
-        }
-        self.selection(content);
-    }
-
-    fn means(&mut self, content: &Content, mark: &str) {
         if content.overlays.clusters {
             for (colour, stage) in content.stages(self.theme) {
-                stage.clusters.iter().for_each(|cluster| self.put(cluster.mean, mark, Style::new().fg(colour)));
+                stage.clusters.iter().for_each(|cluster| self.put(cluster.mean, "+", Style::new().fg(colour)));
             }
         }
+        if self.theme.marker == ASCII || self.view.area.height < 12 {
+            self.put(content.frame.ball, "●", bold(self.theme.ball));
+        }
+        self.selection(content);
     }
 
     /// Brackets around the selected object, and its name.

@@ -4,17 +4,13 @@ use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
 
 use super::content::Content;
-use crate::tui::widgets::theme::{ASCII, Theme};
+use crate::tui::widgets::theme::Theme;
 use mge_base::text::number;
 use mge_trainer::Source;
 
 /// The signs that are visible, with their meanings.
 pub fn legend(content: &Content, theme: &Theme) -> Vec<Line<'static>> {
-    let [disc, circle, block, outline, line, dots, mean] = if theme.marker == ASCII {
-        ["*", "()", "#", "[]", "-", "..", "x"]
-    } else {
-        ["●", "○", "■", "□", "─", "··", "+"]
-    };
+    let [disc, circle, block, outline, line, dots, mean] = ["●", "○", "■", "□", "─", "··", "+"];
     let task = content.objects.task;
     let frame = content.frame;
     let placed = |from: Source| frame.placed.iter().any(|(_, source)| *source == from);

@@ -186,15 +186,6 @@ fn the_legend_lists_what_is_visible_and_the_heat_map_has_a_scale() {
     assert_eq!(colours, [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| theme().heat(share)));
 }
 
-#[test]
-fn the_legend_has_signs_that_the_terminal_can_show() {
-    let signs = |marker: Marker| {
-        let theme = Theme::new(Palette::Dark, Depth::True, marker);
-        legend_lines(&content(|_| {}), &theme)[0].to_string()
-    };
-    assert_eq!([Marker::Braille, ASCII].map(signs), ["●  ball", "*  ball"]);
-}
-
 fn legend<'a>(change: impl FnOnce(&mut Content<'a>)) -> String {
     legend_lines(&content(change), &theme()).iter().map(|line| format!("{line}\n")).collect()
 }
@@ -258,11 +249,11 @@ fn a_proposal_is_marked_with_a_question() {
 }
 
 #[test]
-fn the_ball_of_a_small_scene_is_a_letter() {
+fn the_ball_of_a_small_scene_is_a_sign() {
     for (height, is_letter) in [(11, true), (12, false)] {
         let (buffer, view) = drawn_in(Rect::new(0, 0, 2 * height, height), &theme(), |_| {});
         let cell = &buffer[view.cell(FRAME.ball).unwrap()];
-        assert_eq!(cell.symbol() == "o", is_letter, "{height} rows");
+        assert_eq!(cell.symbol() == "●", is_letter, "{height} rows");
     }
 }
 

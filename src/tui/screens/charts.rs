@@ -76,7 +76,7 @@ pub struct Charts<'a> {
     state: &'a CurvesState,
     shown: Vec<Shown<'a>>,
     /// Names that set the curves apart; empty if there is only one curve.
-    names: Vec<String>,
+    pub names: Vec<String>,
     colours: Vec<Color>,
     /// The episodes that the crosshair and the window are of.
     reference: Positions<'a>,

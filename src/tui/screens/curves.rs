@@ -4,7 +4,6 @@ use educe::Educe;
 
 use crate::tui::chart::Range;
 use crate::tui::view::XAxis;
-use crate::tui::widgets::theme::Theme;
 use mge_run::Metric;
 
 /// State of the curves.
@@ -49,11 +48,10 @@ impl CurvesState {
     }
 
     /// What the selected curve means, in one line.
-    pub(super) fn explanation(&self, theme: &Theme) -> String {
+    pub(super) fn explanation(&self) -> String {
         let meaning = self.selected.info().meaning.trim();
         let first = meaning.split_inclusive(". ").next().unwrap_or_default().trim();
-        let marks =
-            theme.symbol(" greedy: ● all attempts did, ◐ some, ○ none", " greedy: # all attempts did, + some, o none");
+        let marks = " greedy: ● all attempts did, ◐ some, ○ none";
         first.to_owned() + if self.selected == Metric::Success { marks } else { "" }
     }
 

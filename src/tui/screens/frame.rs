@@ -102,7 +102,7 @@ fn explanation(ui: &Ui, screens: &Screens, tab: Tab) -> String {
             let keys = if screens.scene.hand.is_some() { "" } else { ": arrows move it, {coordinates} types x and y" };
             format!("{name} at x {x:.2}, y {y:.2}{}", ui.text(keys))
         }
-        Tab::Training => screens.curves.explanation(ui.theme),
+        Tab::Training => screens.curves.explanation(),
         Tab::Runs => runs::EXPLANATION.to_owned(),
         Tab::Models => models::COLUMNS.to_owned(),
         Tab::Schedule | Tab::Figures | Tab::Log => String::new(),

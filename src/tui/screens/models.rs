@@ -58,7 +58,7 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
     }
     if let Some((name, done)) = &view.model_work {
         let progress = match done {
-            Some(done) => format!("{} {name} {:.0} %", bar((1000.0 * done) as u64, 1000, 24, theme), 100.0 * done),
+            Some(done) => format!("{} {name} {:.0} %", bar((1000.0 * done) as u64, 1000, 24), 100.0 * done),
             None => format!("{name} ..."),
         };
         text.extend(paragraph(&progress, Style::new().fg(theme.accent)));

@@ -24,7 +24,7 @@ pub fn level_style(level: Level, theme: &Theme) -> (&'static str, Style) {
 
 /// Draws a framed pane with a title and returns its inside.
 pub fn pane(title: &str, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Rect {
-    let block = popup::block(theme)
+    let block = popup::block()
         .border_style(theme.border)
         .title(format!(" {} ", shortened(title, usize::from(area.width).saturating_sub(4), false)))
         .title_style(theme.strong());

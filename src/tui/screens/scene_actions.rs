@@ -64,14 +64,6 @@ pub fn show_clusters(ui: &Ui, overlay: &mut bool) -> Vec<Effect> {
     ui.subject.clusters.is_none().then(missing).into_iter().collect()
 }
 
-/// Shows or hides an overlay of the agent or the model; says why nothing is to be seen.
-pub fn show_agent(ui: &Ui, overlay: &mut bool) -> Vec<Effect> {
-    *overlay = !*overlay;
-    let untrained = || ui.text("there is no training episode yet: {train} trains one");
-    let missing = || Effect::info(ui.subject.note.clone().unwrap_or_else(untrained));
-    (!ui.subject.is_of_run()).then(missing).into_iter().collect()
-}
-
 /// Begins or ends hand play.
 pub fn play_by_hand(scene: &mut Scene, ui: &Ui) -> Vec<Effect> {
     if scene.hand.is_some() {

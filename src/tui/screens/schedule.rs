@@ -140,7 +140,7 @@ pub fn draw(state: &Schedule, ui: &Ui, area: Rect, buffer: &mut Buffer, regions:
             canvas::path(context, &trace(&shown, &axes), theme.accent);
         });
         if let Some(run) = ui.subject.run().filter(|run| run.active) {
-            axes.bar(run.done as f32, Style::new().fg(theme.good), theme, buffer);
+            axes.bar(run.done as f32, Style::new().fg(theme.good), buffer);
         }
         points(state, ui, &axes, buffer);
         regions.add(axes.plot, HitRegion::Schedule(axes));
@@ -156,12 +156,11 @@ fn trace(schedule: &EpsilonSchedule, axes: &Axes) -> Vec<[f32; 2]> {
 }
 
 fn points(state: &Schedule, ui: &Ui, axes: &Axes, buffer: &mut Buffer) {
-    let (mark, chosen) = (ui.theme.symbol("○", "o"), ui.theme.symbol("●", "@"));
     for (index, (episode, value)) in state.points(ui.view).into_iter().enumerate() {
         let (Some(column), Some(row)) = (axes.column(episode as f32), axes.row(value)) else { continue };
         let selected = index == state.point;
         let style = Style::new().fg(ui.theme.warn).add_modifier(Modifier::BOLD);
-        buffer.set_string(column, row, if selected { chosen } else { mark }, style);
+        buffer.set_string(column, row, if selected { "●" } else { "○" }, style);
         if selected {
             let text = format!(" {episode}: {} ", rounded(value));
             let width = text.len() as u16;

@@ -114,7 +114,7 @@ impl Rows<'_> {
         };
         self.add("state", &state, plain.fg(state_colour(&run.state, self.theme)));
         let count = format!(" {}/{}", run.done, run.episodes());
-        let progress = bar(run.done, run.episodes(), self.room.saturating_sub(count.len()).min(24), self.theme);
+        let progress = bar(run.done, run.episodes(), self.room.saturating_sub(count.len()).min(24));
         self.add("episodes", &(progress + &count), plain.fg(self.theme.accent));
         let percent = |share: Option<f32>| share.map_or_else(|| "-".to_owned(), |s| format!("{:.0} %", 100.0 * s));
         let greedy = run.evaluations.last().map(|(_, success)| *success);
@@ -132,10 +132,9 @@ impl Rows<'_> {
 }
 
 /// A progress bar that is full only when everything is done.
-pub fn bar(done: u64, all: u64, width: usize, theme: &Theme) -> String {
+pub fn bar(done: u64, all: u64, width: usize) -> String {
     let full = if all == 0 { 0 } else { (done.min(all) as usize * width) / all as usize };
-    let [on, off] = [theme.symbol("█", "#"), theme.symbol("░", ".")];
-    on.repeat(full) + &off.repeat(width - full)
+    "█".repeat(full) + &"░".repeat(width - full)
 }
 
 /// The colour of a run's state.
@@ -152,13 +151,9 @@ pub fn state_colour(state: &RunState, theme: &Theme) -> Color {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tui::widgets::theme::{ASCII, Depth, Palette};
 
     #[test]
     fn a_bar_is_full_only_at_the_end() {
-        let theme = Theme::new(Palette::Dark, Depth::True, ASCII);
-        assert_eq!(bar(0, 0, 4, &theme), "....");
-        assert_eq!(bar(999, 1000, 4, &theme), "###.");
-        assert_eq!(bar(1000, 1000, 4, &theme), "####");
+        assert_eq!([(0, 0), (999, 1000), (1000, 1000)].map(|(done, all)| bar(done, all, 4)), ["░░░░", "███░", "████"]);
     }
 }

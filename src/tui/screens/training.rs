@@ -132,7 +132,7 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
         Some(pair) => differences(pair, marked.page, inside, ui, buffer),
         None => inside,
     };
-    let order = if matches!(*shown, [Shown::Group(..), Shown::Run(..)]) { "group / run: " } else { "" };
+    let is_own_group = matches!(*shown, [Shown::Group(..), Shown::Run(..)]);
     let charts = Charts::new(curves, shown, ui);
     if curves.alone {
         return charts.draw(curves.selected, inside, buffer, regions);
@@ -145,7 +145,11 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
         None => (constants.clone(), 1),
     };
     let values: Vec<String> = values.iter().map(|(metric, value)| format!("{} {value}", metric.title())).collect();
-    let order = if charts.crosshair().is_some() { order } else { "" };
+    let order = match charts.crosshair() {
+        Some(_) if is_own_group => "group / run: ".to_owned(),
+        Some(_) if charts.names.len() > 1 => charts.names.join(" / ") + ": ",
+        _ => String::new(),
+    };
     let text: Vec<_> = lines(&format!("{order}{}", values.join(" · ")), inside.width, ui.theme.faint()).collect();
     let rows = Constraint::Length(if values.is_empty() { 0 } else { most.min(text.len() as u16) });
     let [inside, below] = Layout::vertical([Constraint::Fill(1), rows]).areas(inside);

@@ -81,7 +81,7 @@ fn objects(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mu
     regions.add_rows(list::draw(all.len(), selected, row, &widths, inside, theme, buffer));
     if lower.height >= 3 {
         let inside = pane("task", lower, theme, buffer);
-        Text::from(fitted(ui, about(ui, inside.width), inside.height, "")).render(inside, buffer);
+        Text::from(fitted(ui, about(ui, inside.width), inside.height, ": {help} has the keys")).render(inside, buffer);
     }
 }
 

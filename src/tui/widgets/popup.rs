@@ -7,7 +7,7 @@ use ratatui::layout::Rect;
 use ratatui::widgets::{Block, BorderType, Clear, Widget};
 use textwrap::{Options, WordSeparator, WordSplitter, WrapAlgorithm};
 
-use crate::tui::widgets::theme::{ASCII, Theme};
+use crate::tui::widgets::theme::Theme;
 
 /// Clears and frames a box of the wanted inner size in the middle of `area`, limited to `area`, and
 /// returns its inside.
@@ -16,28 +16,15 @@ pub fn frame(title: &str, wanted: (u16, u16), area: Rect, theme: &Theme, buffer:
     let height = (wanted.1 + 2).min(area.height);
     let place = Rect { x: area.x + (area.width - width) / 2, y: area.y + (area.height - height) / 3, width, height };
     Clear.render(place, buffer);
-    let block = block(theme).border_style(theme.accent).title(format!(" {title} ")).title_style(theme.strong());
+    let block = block().border_style(theme.accent).title(format!(" {title} ")).title_style(theme.strong());
     let inside = block.inner(place);
     block.render(place, buffer);
     Rect { x: inside.x + 1, width: inside.width.saturating_sub(2), ..inside }
 }
 
-/// A block with a border that the terminal can show.
-pub fn block(theme: &Theme) -> Block<'static> {
-    if theme.marker == ASCII {
-        Block::bordered().border_set(ratatui::symbols::border::Set {
-            top_left: "+",
-            top_right: "+",
-            bottom_left: "+",
-            bottom_right: "+",
-            vertical_left: "|",
-            vertical_right: "|",
-            horizontal_top: "-",
-            horizontal_bottom: "-",
-        })
-    } else {
-        Block::bordered().border_type(BorderType::Rounded)
-    }
+/// A block with a border.
+pub fn block() -> Block<'static> {
+    Block::bordered().border_type(BorderType::Rounded)
 }
 
 /// Wraps a text at spaces into lines of at most `width` columns; only words longer than a line are

@@ -72,24 +72,15 @@ impl Preview {
         if self.made.is_loading() || self.made.latest(is_current).is_some() {
             return is_new;
         }
-        match figure() {
-            Ok(figure) => {
-                let (graphics, room) = (self.graphics.clone(), wanted.room);
-                let draw = move |_: &_| {
-                    let figure = figure(&mut |_, _| ())?.figure;
-                    match graphics {
-                        Some(picker) => picture(&*figure, &picker, room).map(Made::Picture),
-                        None => Ok(Made::Figure(figure)),
-                    }
-                };
-                self.made.request(wanted.clone(), Duration::ZERO, draw);
-                is_new
+        let (figure, graphics, room) = (figure(), self.graphics.clone(), wanted.room);
+        self.made.request(wanted.clone(), Duration::ZERO, move |_| {
+            let figure = figure?(&mut |_, _| ())?.figure;
+            match graphics {
+                Some(picker) => picture(&*figure, &picker, room).map(Made::Picture),
+                None => Ok(Made::Figure(figure)),
             }
-            Err(reason) => {
-                self.made.set(wanted.clone(), Err(reason));
-                true
-            }
-        }
+        });
+        is_new
     }
 
     /// Whether a picture is being drawn.
@@ -238,7 +229,9 @@ mod tests {
     fn the_reason_for_a_missing_picture_is_shown() {
         let mut preview = Preview::default();
         let wanted = wanted(FigureKind::Clusters);
-        assert!(preview.update(&wanted, || Err("no clusters".into())));
+        while !preview.update(&wanted, || Err("no clusters".into())) {
+            std::thread::yield_now();
+        }
         let mut buffer = Buffer::empty(Rect::new(0, 0, 40, 20));
         let shown = preview.draw(FigureKind::Clusters, false, buffer.area, &mut buffer);
         assert_eq!(shown.err(), Some("no clusters".to_owned()));

@@ -10,6 +10,9 @@ use mge_figures as figures;
 /// One character per cell represents dots; for terminals without Unicode or braille.
 pub const ASCII: Marker = Marker::Custom('*');
 
+/// The signs of the screens, and in the same order what represents them in ASCII.
+const SIGNS: [&str; 2] = ["·─│┊╭╮╰╯›└■█░○□●◐✓★", "--||++++>`##.oO@+v*"];
+
 /// How many colours the terminal can show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Depth {
@@ -104,18 +107,11 @@ impl Theme {
             if symbol.is_ascii() || is_picture || !(is_plain || symbol.contains(is_unsafe)) {
                 continue;
             }
-            match symbol.chars().find(|c| !is_unsafe(*c)).unwrap_or(' ') {
-                '·' if is_plain => cell.set_char('-'),
-                '›' if is_plain => cell.set_char('>'),
-                '└' if is_plain => cell.set_char('`'),
-                c => cell.set_char(if is_plain && !c.is_ascii() { '?' } else { c }),
-            };
+            let shown = symbol.chars().find(|c| !is_unsafe(*c)).unwrap_or(' ');
+            let place = SIGNS[0].chars().position(|sign| sign == shown);
+            let plain = place.and_then(|place| SIGNS[1].chars().nth(place)).unwrap_or('?');
+            cell.set_char(if is_plain && !shown.is_ascii() { plain } else { shown });
         }
-    }
-
-    /// A symbol, or its ASCII replacement where the terminal needs it.
-    pub fn symbol(&self, symbol: &'static str, ascii: &'static str) -> &'static str {
-        if self.marker == ASCII { ascii } else { symbol }
     }
 
     /// The theme of a palette at a depth.
@@ -333,6 +329,14 @@ mod tests {
         let light = |variables| from(variables, Some(true)).palette;
         assert_eq!(light(&[("COLORFGBG", "15;0")]), Palette::Light, "the terminal itself knows better");
         assert_eq!(light(&[("MGE_THEME", "dark")]), Palette::Dark);
+    }
+
+    #[test]
+    fn signs_have_a_replacement_in_ascii() {
+        let mut buffer = Buffer::with_lines(["╭─● ball", "│··é★"]);
+        Theme::new(Palette::Dark, Depth::True, ASCII).make_safe(&mut buffer);
+        assert_eq!(buffer, Buffer::with_lines(["+-@ ball", "|--?*"]));
+        assert_eq!(SIGNS[0].chars().count(), SIGNS[1].len());
     }
 
     #[test]

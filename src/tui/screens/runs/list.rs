@@ -6,7 +6,7 @@ use std::collections::{BTreeSet, HashMap};
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Style};
-use ratatui::text::{Line as TextLine, Span, Text};
+use ratatui::text::Text;
 use ratatui::widgets::{Row, Table, Widget};
 
 use super::super::{HitRegions, Ui};
@@ -107,18 +107,22 @@ pub fn draw(
         let runs = line.runs();
         let watched = runs.iter().any(|run| ui.is_watched(run));
         let marked = runs.iter().all(|run| state.is_marked(run));
-        let group = ui.view.groups.of(&runs[0].path);
-        let colour = group.map_or(Color::Reset, |group| theme.visible(group.color));
-        let mark = [if marked { "*" } else { " " }, if watched { ">" } else { " " }].concat();
-        let mark = vec![Span::styled(theme.symbol("■", "#"), Style::new().fg(colour)), Span::raw(mark)];
+        let mark = ["■", if marked { "*" } else { " " }, if watched { ">" } else { " " }].concat();
         let (text, style) = line.state(theme);
         let first = [
-            Text::from(TextLine::from(mark)),
+            Text::from(mark),
             Text::from(line.named(usize::from(name), several_tasks, &labels)),
             Text::styled(shortened(&text, usize::from(state_width), false), style),
         ];
         let others = shown.iter().map(|one| cell(&(one.cell)(line, ui, &one.heading).unwrap_or_default(), one));
         Row::new(first.into_iter().chain(others))
     };
-    regions.add_rows(list::draw(lines.len(), Some(selected), row, &widths, rows, theme, buffer));
+    let drawn = list::draw(lines.len(), Some(selected), row, &widths, rows, theme, buffer);
+    for (area, index) in &drawn {
+        // Also on the selected line, which has no other colours.
+        let group = ui.view.groups.of(&lines[*index].runs()[0].path);
+        let colour = group.map_or(Color::Reset, |group| theme.visible(group.color));
+        buffer[(area.x, area.y)].set_style(Style::reset().fg(colour));
+    }
+    regions.add_rows(drawn);
 }

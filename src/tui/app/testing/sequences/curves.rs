@@ -264,6 +264,10 @@ fn all_curves_have_their_values_at_the_crosshair() {
     let success = format!("{} 0.3", Metric::Success.title());
     assert!(screen.contains(&success) && screen.contains("hits by subgoal 0.05"), "{screen}");
     assert!(screen.contains("actor loss 0.05"), "{screen}");
+    let (mut app, _) = super::app(grouped());
+    press(&mut app, "5 space down space V left");
+    let screen = text(&shot(&mut app, 120, 40));
+    assert!(screen.contains("DDPG-MGE, epsilon 0.8 to 0.05 / DDPG: success rate"), "{screen}");
 }
 
 #[test]

@@ -39,6 +39,9 @@ fn check(view: ViewModel, keys: &str, asked: &[&str], shown: &str) {
     // Some content needs the regions of a first drawing.
     shot(&mut app, 120, 40);
     app.tick(std::time::Duration::ZERO);
+    while app.screens.preview.is_drawing() {
+        app.tick(std::time::Duration::ZERO);
+    }
     let screen = text(&shot(&mut app, 120, 40));
     assert!(screen.contains(shown), "after {keys}, `{shown}` is not on\n{screen}");
 }

@@ -56,7 +56,7 @@ fn clusters_are_computed_shown_and_passed_to_the_training() {
     check(empty(), "c", &["clusters"], "");
     check(typical(), ": g u i d e enter", &["guide"], "");
     check(empty(), "a", &[], "c computes them");
-    check(empty(), "b", &[], "t trains one");
+    check(empty(), "b", &[], "no agent acts here");
     let mut single = typical();
     Arc::make_mut(single.prior.as_mut().unwrap()).stages.truncate(1);
     check(single, "", &[], "clusters 2 in 1 stage ");
@@ -193,7 +193,7 @@ fn figures_are_previewed_and_exported() {
 
 #[test]
 fn a_part_that_is_missing_says_why() {
-    check(typical(), "g", &[], "there is no training episode yet: t trains one");
+    check(typical(), "g", &[], "no agent acts here: critic, actor and prediction");
     check(typical(), "pageup b", &[], "no critic or actor: the checkpoint is being read");
     let (mut app, _) = app(typical());
     press(&mut app, "pageup b");
