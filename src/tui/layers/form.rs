@@ -60,8 +60,8 @@ pub struct Field {
     pub choices: Vec<String>,
     /// Whether it has had a text; false in a prompt.
     pub typed: bool,
-    /// Whether it may be emptied, which stands for [`DEFAULT`].
-    pub optional: bool,
+    /// What it stands for when it was emptied; nothing if it may not be.
+    pub emptied: &'static str,
 }
 
 /// The text of a field that was emptied.
@@ -157,13 +157,14 @@ impl Form {
     }
 
     fn texts(&self) -> Vec<&str> {
-        let text = |field: &Field| field.typed && field.optional && field.input.text().trim().is_empty();
-        self.fields.iter().map(|field| if text(field) { DEFAULT } else { field.input.text().trim() }).collect()
+        let is_emptied = |field: &Field| field.typed && field.input.text().trim().is_empty();
+        let text = |field| if is_emptied(field) { field.emptied } else { field.input.text().trim() };
+        self.fields.iter().map(text).collect()
     }
 
     /// What is wrong if a text was typed and taken away again, which does not stand for the usual one.
     fn emptied(&self) -> Option<String> {
-        let is_empty = |field: &Field| field.typed && !field.optional && field.input.text().trim().is_empty();
+        let is_empty = |field: &Field| field.typed && field.emptied.is_empty() && field.input.text().trim().is_empty();
         let field = self.fields.iter().find(|field| is_empty(field))?;
         Some(format!("`{}` is empty: write a value, or open the dialog again for the usual one", field.name))
     }
@@ -299,7 +300,7 @@ impl Layer for Form {
             let x = row.x + names.unwrap_or(0);
             let room = Rect { x, width: row.right().saturating_sub(x), ..row };
             let end = line(&field.input, if is_selected { "> " } else { "  " }, room, theme, buffer);
-            if field.input.text().is_empty() && (field.optional || !field.typed) {
+            if field.input.text().is_empty() && (!field.emptied.is_empty() || !field.typed) {
                 let shown = columns::shortened(&values[place][0], usize::from(room.width.saturating_sub(3)), true);
                 buffer.set_string(x + 2, row.y, shown, theme.faint());
             }
@@ -312,7 +313,7 @@ impl Layer for Form {
         Text::from_iter(about).style(style).render(below, buffer);
         let list = Rect { y: below.y + rows, height: below.height.saturating_sub(rows), ..below }.intersection(below);
         let row = |index: usize| {
-            let (Value { text, about }, room) = (&fitting[index], usize::from(list.width).saturating_sub(2));
+            let (Value { text, about, .. }, room) = (&fitting[index], usize::from(list.width).saturating_sub(2));
             Row::new([columns::shortened(&format!("{text:<20}  {about}"), room, false)])
         };
         let drawn = list::draw(fitting.len(), self.picked, row, &[Constraint::Fill(1)], list, theme, buffer);

@@ -10,7 +10,7 @@ mod tools;
 
 pub use form::{DEFAULT, Field, Form};
 pub use palette::{Arguments, CommandPalette, Value};
-pub use picker::Picker;
+pub use picker::{Item, Picker};
 pub use question::{Question, some_of};
-pub use tasks::TaskItem;
-pub use tools::{ToolItem, tool_text};
+pub use tasks::tasks;
+pub use tools::{tool_text, tools};

@@ -10,41 +10,61 @@ use ratatui::widgets::Widget;
 use super::form::line;
 use super::search::{Searched, search};
 use crate::tui::effect::{Effect, Layer, Response};
+use crate::tui::widgets::columns::{self, shortened};
+use crate::tui::widgets::list;
 use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::text_input::TextInput;
 use crate::tui::widgets::theme::Theme;
-use crate::tui::widgets::{columns, list};
 
 /// Something that is chosen by its picture.
-pub trait Pictured: Searched + Clone {
-    /// Rows of its picture.
-    const ROWS: u16;
+#[derive(Debug, Clone)]
+pub struct Item<T> {
+    /// Its name; of a variant, that of its family.
+    pub name: String,
+    /// What tells it from others of its family, if it is a variant.
+    pub variant: Option<String>,
+    /// Its description.
+    pub about: String,
+    /// What is chosen.
+    pub of: T,
+}
 
+impl<T> Item<T> {
     /// Its name below the picture, in at most so many columns.
-    fn shown_name(&self, columns: usize) -> String;
+    fn shown_name(&self, columns: usize) -> String {
+        let end = self.variant.as_deref().unwrap_or_default();
+        let name = shortened(&self.name, columns.saturating_sub(end.len()), self.variant.is_none());
+        shortened(&(name + end), columns, true)
+    }
+}
 
-    /// Draws its picture.
-    fn draw(&self, area: Rect, theme: &Theme, buffer: &mut Buffer);
+impl<T> Searched for Item<T> {
+    fn names(&self) -> Vec<&str> {
+        vec![&self.name]
+    }
 
-    /// The name of the one of which it is a variant, if it is one.
-    fn family(&self) -> Option<&str> {
-        None
+    fn about(&self) -> &str {
+        &self.about
     }
 }
 
 /// The effect of choosing an item.
-type Choose<T> = dyn Fn(&T) -> Effect;
+type Choose<T> = dyn Fn(&Item<T>) -> Effect;
+/// How an item is drawn.
+type Draw<T> = fn(&T, Rect, &Theme, &mut Buffer);
 
 /// A picker.
 pub struct Picker<T> {
     title: String,
     input: TextInput,
-    items: Vec<T>,
+    items: Vec<Item<T>>,
     /// The name of the family that is open.
     family: Option<String>,
     /// The matching items, best match first.
-    found: Vec<T>,
+    found: Vec<Item<T>>,
     selected: usize,
+    /// Rows of a picture, and how it is drawn.
+    picture: (u16, Draw<T>),
     choose: Box<Choose<T>>,
     /// Pictures per row, and rows, when it was last drawn.
     shape: [usize; 2],
@@ -52,16 +72,22 @@ pub struct Picker<T> {
     cells: Vec<(Rect, usize)>,
 }
 
-impl<T: Pictured> Picker<T> {
-    /// A picker of these items.
-    pub fn new(title: impl Into<String>, items: Vec<T>, choose: impl Fn(&T) -> Effect + 'static) -> Self {
+impl<T: Clone> Picker<T> {
+    /// A picker of these items, given the rows of a picture and how it is drawn.
+    pub fn new(
+        title: &str,
+        items: Vec<Item<T>>,
+        picture: (u16, Draw<T>),
+        choose: impl Fn(&Item<T>) -> Effect + 'static,
+    ) -> Self {
         let mut picker = Self {
-            title: title.into(),
+            title: title.to_owned(),
             input: TextInput::default(),
             items,
             family: None,
             found: Vec::new(),
             selected: 0,
+            picture,
             choose: Box::new(choose),
             shape: [1, 1],
             cells: Vec::new(),
@@ -73,21 +99,21 @@ impl<T: Pictured> Picker<T> {
     fn search(&mut self) {
         self.selected = 0;
         let typed = self.input.text();
-        let shown = |item: &&T| match self.family.as_deref() {
-            Some(family) => item.family().unwrap_or(item.names()[0]) == family,
-            None => !typed.is_empty() || item.family().is_none(),
+        let shown = |item: &&Item<T>| match &self.family {
+            Some(family) => item.name == *family,
+            None => !typed.is_empty() || item.variant.is_none(),
         };
         self.found = search(self.items.iter().filter(shown), typed).into_iter().cloned().collect();
     }
 
-    fn chosen(&self) -> Option<&T> {
+    fn chosen(&self) -> Option<&Item<T>> {
         self.found.get(self.selected)
     }
 
     /// The number of variants of an item whose family is not open.
-    fn variants(&self, item: &T) -> usize {
-        let of_it = |other: &&T| self.family.is_none() && other.family() == Some(item.names()[0]);
-        self.items.iter().filter(of_it).count()
+    fn variants(&self, item: &Item<T>) -> usize {
+        let is_open = self.family.is_some() || item.variant.is_some();
+        self.items.iter().filter(|other| !is_open && other.variant.is_some() && other.name == item.name).count()
     }
 
     /// Opens a family, or closes it, with itself selected.
@@ -95,13 +121,13 @@ impl<T: Pictured> Picker<T> {
         let before = std::mem::replace(&mut self.family, family);
         self.input = TextInput::default();
         self.search();
-        self.selected = self.found.iter().position(|item| Some(item.names()[0]) == before.as_deref()).unwrap_or(0);
+        self.selected = self.found.iter().position(|item| Some(&item.name) == before.as_ref()).unwrap_or(0);
     }
 
     fn choose(&mut self) -> Response {
         let Some(item) = self.chosen() else { return Response::Stay };
-        if item.family().is_none() && self.variants(item) > 0 {
-            self.open(Some(item.names()[0].to_owned()));
+        if self.variants(item) > 0 {
+            self.open(Some(item.name.clone()));
             return Response::Stay;
         }
         Response::Do((self.choose)(item))
@@ -113,7 +139,7 @@ impl<T: Pictured> Picker<T> {
     }
 }
 
-impl<T: Pictured> Layer for Picker<T> {
+impl<T: Clone> Layer for Picker<T> {
     fn key(&mut self, key: KeyEvent) -> Response {
         let [columns, rows] = self.shape.map(|count| count as isize);
         match key.code {
@@ -148,7 +174,7 @@ impl<T: Pictured> Layer for Picker<T> {
     fn draw(&mut self, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
         /// Columns of a picture with its name.
         const WIDTH: u16 = 18;
-        let tall = if area.height >= 30 { T::ROWS } else { T::ROWS - 1 };
+        let tall = if area.height >= 30 { self.picture.0 } else { self.picture.0 - 1 };
         let columns = (area.width.saturating_sub(4) / WIDTH).clamp(1, 8);
         let rows = (area.height.saturating_sub(5) / (tall + 1)).clamp(1, 5);
         let (family, esc) =
@@ -180,7 +206,7 @@ impl<T: Pictured> Layer for Picker<T> {
             };
             let cell = cell.intersection(inside);
             let item = &self.found[index];
-            item.draw(Rect { height: cell.height.min(tall), ..cell }, theme, buffer);
+            self.picture.1(&item.of, Rect { height: cell.height.min(tall), ..cell }, theme, buffer);
             let name = item.shown_name(usize::from(WIDTH) - 1);
             let x = cell.x + WIDTH.saturating_sub(columns::width(&name) as u16) / 2;
             if cell.height > tall {
@@ -197,33 +223,43 @@ impl<T: Pictured> Layer for Picker<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tui::layers::ToolItem;
+    use crate::tui::layers::tools;
+    use mge_physics::Tool;
 
-    fn tools(typed: &str) -> Picker<ToolItem> {
-        let mut tools = Picker::new("", ToolItem::all(), |_| Effect::info(""));
+    fn picker(typed: &str) -> Picker<Tool> {
+        let mut tools = Picker::new("", tools(), (4, |_, _, _, _| ()), |_| Effect::info(""));
         tools.paste(typed);
         tools
     }
 
     #[test]
     fn variants_are_inside_their_family_until_one_types() {
-        let mut tools = tools("");
-        assert!(tools.found.iter().all(|item| item.family().is_none()) && tools.found.len() < 40, "families");
+        let mut tools = picker("");
+        assert!(tools.found.iter().all(|item| item.variant.is_none()) && tools.found.len() < 40, "families");
         tools.paste("trmpln 14");
-        assert!(tools.found[0].about().starts_with("trampoline size 14"), "scattered letters find a name");
+        assert!(tools.found[0].about.starts_with("trampoline size 14"), "scattered letters find a name");
         let close = tools.key(KeyCode::Enter.into());
         assert!(matches!(close, Response::Do(_)), "a variant is chosen");
-        let mut tools = self::tools("ramp");
+        let mut tools = picker("ramp");
         assert!(matches!(tools.key(KeyCode::Enter.into()), Response::Stay), "it is a family");
-        assert!(tools.found.len() > 100 && tools.found.iter().all(|item| item.names() == ["ramp"]));
+        assert!(tools.found.len() > 100 && tools.found.iter().all(|item| item.name == "ramp"));
         tools.key(KeyCode::Esc.into());
-        assert!(tools.chosen().is_some_and(|item| item.names() == ["ramp"] && item.family().is_none()));
+        assert!(tools.chosen().is_some_and(|item| item.name == "ramp" && item.variant.is_none()));
         assert!(matches!(tools.key(KeyCode::Esc.into()), Response::Leave));
     }
 
     #[test]
     fn a_number_is_found_in_what_is_shown_of_a_tool() {
-        let tools = tools("ramp 45");
-        assert!(!tools.found.is_empty() && tools.found.iter().all(|item| item.about().contains("45")));
+        let tools = picker("ramp 45");
+        assert!(!tools.found.is_empty() && tools.found.iter().all(|item| item.about.contains("45")));
+    }
+
+    #[test]
+    fn a_variant_is_named_with_all_that_tells_it_from_others() {
+        for item in tools() {
+            let name = item.shown_name(17);
+            let end = item.variant.as_deref().unwrap_or(&item.name);
+            assert!(name.len() <= 17 && name.ends_with(end), "{name}: {end}");
+        }
     }
 }

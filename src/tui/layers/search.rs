@@ -25,7 +25,7 @@ impl<T: Searched + ?Sized> Searched for &T {
 }
 
 /// The least score of a letter, on average: less is that of letters that are scattered over a long text by chance.
-const LEAST: u32 = 13;
+const LEAST: u32 = 18;
 
 /// The items in which each word of the typed text is found, the best ones first: those with this name, those with a name
 /// that begins so, then those with its letters close together.

@@ -52,7 +52,9 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
     let mut fields: Vec<Field> = FIELDS.map(|(name, ..)| Field { name, ..Field::default() }).into();
     fields[0].input = TextInput::new(view.settings.method.to_string());
     fields[0].choices = Method::ALL.map(|method| method.to_string()).into();
-    fields[EPSILON].optional = true;
+    for (place, text) in [(EPSILON, DEFAULT), (SUCCESS, "none"), (MINUTES, "none")] {
+        fields[place].emptied = text;
+    }
     fields[MODEL].choices = view.models.iter().map(|model| model.name.clone()).collect();
     let (runs, models) = (view.runs.clone(), view.models.clone());
     let (settings, folder) = (view.settings.clone(), view.folder.clone());

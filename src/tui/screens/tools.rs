@@ -3,9 +3,9 @@
 use super::Ui;
 use super::scene::Scene;
 use crate::tui::effect::Effect;
-use crate::tui::layers::{Picker, TaskItem, ToolItem};
-use crate::tui::scene::Object;
-use mge_physics::ToolKind;
+use crate::tui::layers::{Item, Picker, tasks, tools};
+use crate::tui::scene::{Object, picture, task_picture};
+use mge_physics::{Tool, ToolKind};
 use mge_task::{Draft, Edit, Part, Property, Task, Values};
 use mge_workbench::{Command, command};
 
@@ -18,29 +18,33 @@ pub fn selected(scene: &Scene, task: &Task) -> Option<(usize, ToolKind)> {
 }
 
 /// The size and the other properties of a tool as a command writes them, each only if it is not the default.
-fn written(item: &ToolItem) -> (Option<f32>, Values) {
+fn written(tool: &Tool) -> (Option<f32>, Values) {
     let (size, others): (Values, Values) =
-        Property::unusual(&item.tool).into_iter().partition(|(property, _)| *property == Property::Size);
+        Property::unusual(tool).into_iter().partition(|(property, _)| *property == Property::Size);
     (size.first().map(|(_, size)| *size as f32), others)
 }
 
 /// Opens the picker of tasks.
 pub fn choose_task() -> Vec<Effect> {
-    let open = |item: &TaskItem| Effect::apply(command::Task(item.name.clone()));
-    vec![Effect::open(Picker::new("open a task", TaskItem::all(), open))]
+    let open = |item: &Item<Task>| Effect::apply(command::Task(item.name.clone()));
+    vec![Effect::open(Picker::new("open a task", tasks(), (7, task_picture), open))]
 }
 
 /// Opens the picker to add a tool. It is added at the valid place that is nearest to the middle.
 pub fn choose_tool(ui: &Ui) -> Vec<Effect> {
     let draft = Draft { task: Task::clone(&ui.view.task), proposed: ui.view.proposed.clone(), search_actions: 0 };
-    let add = move |item: &ToolItem| {
-        let (size, values) = written(item);
-        let at = |position| Edit::AddTool { kind: item.tool.kind, position, size, values: values.clone() };
+    choose_of("add a tool", move |tool| {
+        let (size, values) = written(tool);
+        let at = |position| Edit::AddTool { kind: tool.kind, position, size, values: values.clone() };
         let place = places().find(|place| at(*place).apply(&draft).is_ok());
         let added = Effect::select(Some(Object::Part(Part::Tool(draft.task.tools.len()))));
         Effect::all(vec![Effect::apply(at(place.unwrap_or_default())), added])
-    };
-    vec![Effect::open(Picker::new("add a tool", ToolItem::all(), add))]
+    })
+}
+
+/// Opens a picker of tools.
+fn choose_of(title: &str, choose: impl Fn(&Tool) -> Effect + 'static) -> Vec<Effect> {
+    vec![Effect::open(Picker::new(title, tools(), (4, picture), move |item| choose(&item.of)))]
 }
 
 /// A grid of places over the scene, those near the middle first.
@@ -52,11 +56,10 @@ fn places() -> impl Iterator<Item = [f32; 2]> {
 
 /// Opens the picker to choose the tool that the agent places.
 pub fn choose_placeable() -> Vec<Effect> {
-    let give = |item: &ToolItem| {
-        let (size, values) = written(item);
-        Effect::apply(Edit::SetPlaceable { kind: item.tool.kind, size, values })
-    };
-    vec![Effect::open(Picker::new("the agent's tool", ToolItem::all(), give))]
+    choose_of("the agent's tool", |tool| {
+        let (size, values) = written(tool);
+        Effect::apply(Edit::SetPlaceable { kind: tool.kind, size, values })
+    })
 }
 
 /// Opens the palette with the properties of the selected tool.

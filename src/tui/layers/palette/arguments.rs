@@ -1,7 +1,9 @@
 //! Completions for the arguments of a command: known names, settings with their ranges, files.
 
-use crate::tui::layers::TaskItem;
+use std::sync::Arc;
+
 use crate::tui::layers::search::{Searched, search, similar};
+use crate::tui::layers::tasks;
 use crate::tui::view::{RunSummary, ViewModel};
 use mge_base::json;
 use mge_base::paths::{expanded, suffix};
@@ -13,8 +15,10 @@ use mge_trainer::{Method, RunConfig, config_keys, settings};
 use mge_workbench::{FigureKind, Verb};
 
 /// A completion with a short description.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Value {
+    /// The verb of which it is an argument, or the document in which it is described; empty for a part of an argument.
+    of: &'static str,
     /// The argument as typed.
     pub text: String,
     /// The description.
@@ -24,18 +28,34 @@ pub struct Value {
 impl Value {
     /// A completion.
     pub fn new(text: impl Into<String>, about: impl Into<String>) -> Self {
-        Self { text: text.into(), about: about.into() }
+        Self { text: text.into(), about: about.into(), ..Self::default() }
+    }
+
+    fn of(of: &'static str, text: impl Into<String>, about: impl Into<String>) -> Self {
+        Self { of, ..Self::new(text, about) }
+    }
+
+    /// The argument as a word of a command.
+    pub fn quoted(&self) -> String {
+        let is_special = self.text.contains([' ', '\'', '"', '\\', '#']);
+        if is_special { shell_words::quote(&self.text).into() } else { self.text.clone() }
+    }
+
+    /// The command with this argument, or where it is described.
+    pub fn line(&self) -> String {
+        let Self { of, text, .. } = self;
+        if self.is_document() { format!("docs/{of}: {text}") } else { format!("{of} {}", self.quoted()) }
     }
 
     /// Whether it is no argument but a page of the documentation or a term of its glossary.
     pub fn is_document(&self) -> bool {
-        self.text.starts_with(DOCUMENTS)
+        self.of.ends_with(".md")
     }
 }
 
 impl Searched for Value {
     fn names(&self) -> Vec<&str> {
-        vec![&self.text]
+        [&*self.text].into_iter().chain(self.is_document().then_some(self.of)).collect()
     }
 
     fn about(&self) -> &str {
@@ -43,31 +63,15 @@ impl Searched for Value {
     }
 }
 
-/// A command on something known.
-struct Known<'a>(&'static str, &'a Value);
-
-impl Searched for Known<'_> {
-    fn names(&self) -> Vec<&str> {
-        self.1.names()
-    }
-
-    fn about(&self) -> &str {
-        self.1.about()
-    }
-}
-
 /// Everything that can be completed.
 #[derive(Debug, Clone, Default)]
 pub struct Arguments {
-    tasks: Vec<Value>,
-    runs: Vec<Value>,
-    models: Vec<Value>,
+    /// Tasks, runs, models, pages of the documentation and terms of its glossary.
+    known: Vec<Value>,
     /// The settings of the next run, and their current values.
     settings: Vec<(Value, String)>,
     /// Those of the run that typed commands act on, which can be forked.
     of_run: Vec<(Value, String)>,
-    /// Pages of the documentation and terms of the glossary.
-    documents: Vec<Value>,
 }
 
 /// Maximum number of entries of a folder that are considered.
@@ -77,32 +81,28 @@ impl Arguments {
     /// The completions for the current view, and for commands on a run.
     pub fn new(view: &ViewModel, on: Option<&RunSummary>) -> Self {
         // A run of the folder is found by its name.
-        let run = |run: &RunSummary| {
+        let run = |run: &Arc<RunSummary>| {
             let path = run.path.strip_prefix(&view.folder).unwrap_or(&run.path);
-            Value::new(path.display().to_string(), format!("{}, {}", run.name, run.label))
+            Value::of("open", path.display().to_string(), format!("{}, {}", run.name, run.label))
         };
-        let task = |known: &TaskItem| Value::new(&*known.name, known.about());
+        let tasks = tasks().into_iter().map(|task| Value::of("task", task.name, task.about));
+        let models = view.models.iter().map(|model| Value::of("model", &*model.name, &*model.about));
         Self {
-            tasks: TaskItem::all().iter().map(task).collect(),
-            runs: view.runs.iter().rev().map(|known| run(known)).collect(),
-            models: view.models.iter().map(|model| Value::new(model.name.clone(), model.about.clone())).collect(),
+            known: tasks.chain(view.runs.iter().rev().map(run)).chain(models).chain(documents()).collect(),
             settings: described(&view.settings),
             of_run: on.map(|run| described(&run.config)).unwrap_or_default(),
-            documents: documents(),
         }
+    }
+
+    /// What is known for a verb.
+    fn known(&self, verb: &str) -> Vec<Value> {
+        self.known.iter().filter(|value| value.of == verb).cloned().collect()
     }
 
     /// Commands on the tasks, runs, settings and models that are found by a text, and what the documents say of it.
     pub fn lines_with(&self, text: &str) -> Vec<Value> {
-        let settings = self.settings.iter().map(|(setting, _)| Known("set ", setting));
-        let kinds = [("task ", &self.tasks), ("open ", &self.runs), ("model ", &self.models), ("", &self.documents)];
-        let known = kinds.into_iter().flat_map(|(verb, known)| known.iter().map(move |of| Known(verb, of)));
-        let line = |Known(verb, of)| match verb {
-            "" => of.clone(),
-            _ => Value::new(format!("{verb}{}", shell_words::quote(&of.text)), &*of.about),
-        };
-        let found = Some(known.chain(settings)).filter(|_| !text.is_empty());
-        search(found.into_iter().flatten(), text).into_iter().map(line).collect()
+        let all = self.known.iter().chain(self.settings.iter().map(|(setting, _)| setting));
+        search(all.filter(|_| !text.is_empty()), text).into_iter().cloned().collect()
     }
 
     /// Completions of the last of the words after a verb, or of a misspelt first one the most similar.
@@ -112,10 +112,10 @@ impl Arguments {
             return Vec::new();
         }
         let candidates: Vec<Value> = match (verb.name, before) {
-            ("task", []) => self.tasks.iter().cloned().chain(files(typed, "json")).collect(),
-            ("open" | "continue" | "delete" | "note" | "rename", []) => self.runs.clone(),
+            ("task", []) => [self.known("task"), files(typed, "json")].concat(),
+            ("open" | "continue" | "delete" | "note" | "rename", []) => self.known("open"),
             ("method", []) => Method::ALL.map(|method| Value::new(method.name(), method.label())).into(),
-            ("model", []) => self.models.clone(),
+            ("model", []) => self.known("model"),
             ("set", []) => self.settings.iter().map(|(setting, _)| setting.clone()).collect(),
             ("set", [key]) => {
                 let known = self.settings.iter().find(|(setting, _)| setting.text == *key);
@@ -129,7 +129,7 @@ impl Arguments {
             }
             ("figure", []) => FigureKind::ALL.map(|kind| Value::new(kind.name(), "")).into(),
             ("figure", ["learning", _, ..]) if typed.starts_with("runs=") => {
-                self.runs.iter().map(|run| Value::new(format!("runs={}", run.text), &*run.about)).collect()
+                self.known("open").iter().map(|run| Value::new(format!("runs={}", run.text), &*run.about)).collect()
             }
             ("figure", ["learning", _, ..]) => OPTIONS.map(|(key, about)| Value::new(format!("{key}="), about)).into(),
             ("epsilon", []) => schedules(),
@@ -146,31 +146,17 @@ impl Arguments {
     }
 }
 
-/// The folder of the documentation.
-const DOCUMENTS: &str = "docs/";
-
 /// The pages of the documentation, and the terms of its glossary with what they mean.
-fn documents() -> Vec<Value> {
+fn documents() -> impl Iterator<Item = Value> {
     let pages = include_str!("../../../../docs/README.md").lines().filter_map(|line| {
         let (title, rest) = line.strip_prefix("- [")?.split_once("](")?;
         let (file, about) = rest.split_once("): ")?;
-        Some(Value::new(format!("{DOCUMENTS}{file}"), format!("{title}: {about}")))
+        Some(Value::of(file, title, about))
     });
     let (terms, _) = include_str!("../../../../docs/glossary.md").split_once("## Words that").unwrap_or_default();
     let rows = terms.lines().filter_map(|line| line.strip_prefix("| ")?.trim_end_matches(" |").split_once(" | "));
     let terms = rows.filter(|(_, meaning)| *meaning != "meaning");
-    let term = |(term, meaning)| Value::new(format!("{DOCUMENTS}glossary.md"), format!("{term}: {}", plain(meaning)));
-    pages.chain(terms.map(term)).collect()
-}
-
-/// A text without the marks of code and of links.
-fn plain(text: &str) -> String {
-    let mut text = text.replace('`', "");
-    while let Some((before, (_, after))) = text.split_once("](").and_then(|(a, b)| Some((a, b.split_once(')')?))) {
-        let (start, title) = before.rsplit_once('[').unwrap_or((before, ""));
-        text = [start, title, after].concat();
-    }
-    text
+    pages.chain(terms.map(|(term, meaning)| Value::of("glossary.md", term, meaning.replace('`', ""))))
 }
 
 fn schedules() -> Vec<Value> {
@@ -200,7 +186,7 @@ fn described(config: &RunConfig) -> Vec<(Value, String)> {
             Some((_, setting)) => format!("now {now}{usual}; {}: {}", setting.about, setting.range),
             None => format!("now {now}{usual}"),
         };
-        (Value::new(path, about), now)
+        (Value::of("set", path, about), now)
     };
     config_keys(config).into_iter().map(described).collect()
 }

@@ -130,8 +130,9 @@ impl CommandPalette {
         };
         let Some(item) = self.found.get(selected) else {
             let document = self.values.get(selected - self.found.len()).filter(|value| value.is_document());
-            if let Some(Value { text, about }) = document.filter(|_| !is_command).cloned() {
-                return Response::Do(Effect::call(move |app| app.warn(Level::Info, &format!("{text}: {about}"))));
+            if let Some(value) = document {
+                let text = format!("{}: {}", value.line(), value.about);
+                return Response::Do(Effect::call(move |app| app.warn(Level::Info, &text)));
             }
             self.complete();
             return if takes_no_more(self.input.text()) { self.command() } else { Response::Stay };
@@ -183,27 +184,22 @@ impl CommandPalette {
         let only = || search(&self.values, word).pop().filter(|_| self.values.len() == 1 && !is_number);
         let chosen = self.selected.and_then(|selected| self.values.get(selected.checked_sub(self.found.len())?));
         let best = self.values.iter().find(begins).or_else(only).filter(|_| is_command);
-        if let Some(Value { text, .. }) = chosen.filter(|value| is_command || !value.is_document()).or(best) {
+        let text = if let Some(value) = chosen.filter(|value| !value.is_document()).or(best) {
             // More text follows a folder or `KEY=`.
             let is_followed = self.input.text()[typed.len()..].starts_with(' ');
-            let end = if text.ends_with(['/', '=']) || is_followed { "" } else { " " };
-            let is_quoted = is_command && !text.ends_with('=');
-            let text = if is_quoted { shell_words::quote(text) } else { text.into() } + end;
-            self.input.replace_from(begun, &text);
-            self.search();
-        } else if let Some(item) = self.selected.and_then(|selected| self.found.get(selected))
-            && let Some(verb) = item.entry.same_verb().filter(|_| !is_command)
-        {
-            self.input = TextInput::new(format!("{} ", verb.name));
-            self.search();
-        } else if !is_command {
+            let end = if value.text.ends_with(['/', '=']) || is_followed { "" } else { " " };
+            if is_command { value.quoted() + end } else { value.line() + end }
+        } else if is_command {
+            return;
+        } else if let Some(verb) = self.selected.and_then(|selected| self.found.get(selected)?.entry.same_verb()) {
+            format!("{} ", verb.name)
+        } else {
             let begin = self.found.iter().map(Item::shown_name).filter(|name| name.starts_with(word));
             let common = begin.reduce(|a, b| &a[..a.bytes().zip(b.bytes()).take_while(|(a, b)| a == b).count()]);
-            if let Some(common) = common.filter(|common| common.len() > word.len()) {
-                self.input.replace_from(0, common);
-                self.search();
-            }
-        }
+            common.unwrap_or(word).to_owned()
+        };
+        self.input.replace_from(begun, &text);
+        self.search();
     }
 
     /// Recalls an older or newer command of the history; false if there is none.
@@ -258,11 +254,7 @@ impl CommandPalette {
         if self.found.first().is_some_and(|item| item.names().contains(&text)) {
             return Some(0);
         }
-        let is_named = |value: &Value| match value.is_document() {
-            true => value.about.split_once(": ").is_some_and(|(title, _)| title == text),
-            false => value.text.split_once(' ').is_some_and(|(_, argument)| argument == text),
-        };
-        let argument = self.values.iter().position(is_named).map(|place| self.found.len() + place);
+        let argument = self.values.iter().position(|value| value.text == text).map(|place| self.found.len() + place);
         argument.or_else(|| begun.next().filter(|_| !text.is_empty() && begun.next().is_none()))
     }
 }
@@ -328,8 +320,9 @@ impl Layer for CommandPalette {
         }
         let row = |index: usize| {
             let Some(item) = self.found.get(index) else {
-                let Value { text, about } = &self.values[index - self.found.len()];
-                return Row::new([Line::raw(shortened(&format!("  {text:<30}  {about}"), width, false))]);
+                let (value, is_command) = (&self.values[index - self.found.len()], is_command(self.input.text()));
+                let text = if is_command { value.text.clone() } else { value.line() };
+                return Row::new([Line::raw(shortened(&format!("  {text:<30}  {}", value.about), width, false))]);
             };
             let keys = match item.entry.context.tab().filter(|_| item.entry.same_verb().is_none()) {
                 _ if item.applies => item.entry.keys.to_owned(),
@@ -464,13 +457,15 @@ mod tests {
             let mut palette = palette(&[Context::Everywhere], &[]);
             palette.paste(typed);
             let found = palette.found.iter().map(|item| item.entry.name.to_owned());
-            found.chain(palette.values.iter().map(|value| value.text.clone())).collect::<Vec<_>>()
+            found.chain(palette.values.iter().map(Value::line)).collect::<Vec<_>>()
         };
         assert_eq!(listed("undoo")[0], "undo");
         assert!(listed("nosuch cmd").len() > 1);
-        assert_eq!(listed("model treu")[..2], ["model", "true"]);
-        assert_eq!(listed("terms numbers")[0], "docs/glossary.md");
-        assert!(listed("comparison other programs").contains(&"docs/comparisons.md".into()));
+        assert_eq!(listed("model treu")[..2], ["model", "model true"]);
+        assert_eq!(listed("terms numbers")[0], "docs/glossary.md: Glossary");
+        assert!(
+            listed("comparison other programs").contains(&"docs/comparisons.md: Compared with other programs".into())
+        );
     }
 
     #[test]
@@ -487,7 +482,7 @@ mod tests {
         let offered = |typed: &str| {
             let mut palette = palette(&[Context::Everywhere], &[]);
             palette.paste(typed);
-            palette.values.iter().map(|value| value.text.clone()).collect::<Vec<_>>()
+            palette.values.iter().map(Value::line).collect::<Vec<_>>()
         };
         assert!(offered("gamma").contains(&"set ddpg.gamma".to_owned()));
         assert!(offered("task3").contains(&"task task3".to_owned()));

@@ -95,6 +95,9 @@ fn the_run_dialog_explains_its_fields_and_changes_only_what_was_changed() {
     check(empty(), "t up up up up up ctrl-u enter", &["set epsilon linear:0.5:0:1000", "train"], "");
     check(empty(), "t down 5 0 down 2 up 6 0 enter", &["set episodes 60", "train seeds 2"], "");
     check(empty(), "t down ctrl-u enter", &[], "`episodes` is empty: write a value");
+    let stops = empty().settings.with_setting("stop.success", "0.8").unwrap();
+    let view = ViewModel { settings: stops, ..empty() };
+    check(view, "t up up up ctrl-u enter", &["set stop.success none", "train"], "");
     check(grouped(), "t down down 2", &[], "! there are runs with these settings and seeds: guided-0, guided-1");
     // A model file is known by its content, wherever it is.
     let mut view = grouped();
