@@ -205,7 +205,9 @@ impl Composition {
         let all: Vec<String> = found.iter().map(|run| run.trained.row.label()).collect();
         let runs = without_duplicates(shown(found)).0;
         let known_names = Groups::new(runs.iter().map(|run| &run.trained.row)).legend();
-        let asked = self.by_label(&known_names)?;
+        // Lists show runs by their names.
+        let names = runs.iter().map(|run| (run.trained.row.label(), run.name()));
+        let asked = self.by_label(&known_names.iter().cloned().chain(names).collect::<Vec<_>>())?;
         let runs = asked.chosen(runs)?;
         let drawn: BTreeSet<String> = runs.iter().map(|run| run.trained.row.label()).collect();
         let left = all.iter().filter(|label| self.curves.is_empty() || drawn.contains(*label)).count() - runs.len();

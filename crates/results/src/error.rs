@@ -17,13 +17,11 @@ pub enum ResultsError {
     #[error("none of the runs has finished enough episodes for a curve")]
     NothingStarted,
     /// A chosen label or name does not exist.
-    #[error("no runs are called `{label}`: use one of {known}{hint}")]
+    #[error("no runs are called `{label}`{hint}")]
     NoLabel {
         /// The text given.
         label: String,
-        /// The texts of the existing ones in a legend.
-        known: String,
-        /// A suggestion of the nearest one.
+        /// A suggestion of the nearest one, or else the first of those that exist.
         hint: String,
     },
     /// Several runs of a figure have the chosen name.

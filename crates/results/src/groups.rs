@@ -1,6 +1,6 @@
 //! Groups rows of runs by task and label.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use super::error::ResultsError;
 use super::row::LearningRow;
@@ -22,13 +22,17 @@ pub const FINAL: Score = |row| row.efficiency.final_success;
 /// Minimum rolling success over the last quarter of the episodes, 0 to 1.
 pub const HELD: Score = |row| row.efficiency.held_success;
 
-/// The label with this text in a legend, or this label itself.
+/// The most names that an error lists.
+const LISTED: usize = 12;
+
+/// The label with this text among labels with their texts, first those in a legend, or this label itself.
 ///
 /// # Errors
 /// [`ResultsError::NoLabel`], [`ResultsError::SharedName`].
 pub(super) fn label_of(legend: &[(String, String)], text: &str) -> Result<String, ResultsError> {
     let called = |is: fn(&(String, String)) -> &str| -> Vec<&str> {
-        legend.iter().filter(|entry| is(entry) == text).map(|(label, _)| &**label).collect()
+        let labels = legend.iter().filter(|entry| is(entry) == text).map(|(label, _)| &**label);
+        labels.collect::<BTreeSet<_>>().into_iter().collect()
     };
     match (&called(|(label, _)| label)[..], &called(|(_, shown)| shown)[..]) {
         ([label, ..], _) | ([], [label]) => return Ok((*label).to_owned()),
@@ -36,9 +40,12 @@ pub(super) fn label_of(legend: &[(String, String)], text: &str) -> Result<String
         ([], labels) => return Err(ResultsError::SharedName { name: text.to_owned(), labels: labels.join("; ") }),
     }
     let mut known: Vec<&str> = legend.iter().map(|(_, shown)| &**shown).collect();
-    known.sort_unstable();
-    let hint = did_you_mean(known.iter().copied(), text);
-    Err(ResultsError::NoLabel { label: text.to_owned(), known: known.join("; "), hint })
+    let mut hint = did_you_mean(known.iter().copied(), text);
+    if hint.is_empty() {
+        known.truncate(LISTED);
+        hint = format!(": use one of {}", known.join("; "));
+    }
+    Err(ResultsError::NoLabel { label: text.to_owned(), hint })
 }
 
 /// Rows of runs in groups. A group is the runs on one task with one label, which differ only in the

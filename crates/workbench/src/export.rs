@@ -163,7 +163,16 @@ mod tests {
         let named = drawn(&session, &options(&["runs=nowhere"])).err().unwrap();
         assert!(named.contains("nowhere"), "{named}");
         let error = drawn(&session, &options(&["curve=DPDG"])).err().unwrap();
-        assert!(error.contains("did you mean `DDPG`?") && error.contains(label), "{error}");
+        assert!(error.contains("did you mean `DDPG`?"), "{error}");
+        let error = drawn(&session, &options(&["curve=nothing"])).err().unwrap();
+        assert!(
+            error.ends_with(&format!(
+                "use one of DDPG; {label}; task1-ddpg-seed0; task1-ddpg-uniform-seed4; task1-ddpg-uniform-seed5"
+            )),
+            "{error}"
+        );
+        let of_run = drawn(&session, &options(&["curve=task1-ddpg-uniform-seed5"])).unwrap();
+        assert_eq!(of_run.seeds, [4, 5], "the curve of its group");
     }
 
     #[test]

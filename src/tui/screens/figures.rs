@@ -1,6 +1,6 @@
 //! The Figures screen: figures to look at, to compose and to export.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -181,15 +181,15 @@ pub fn compose(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
     vec![Effect::open(prompt.completing(completions))]
 }
 
-/// The labels of the curves, those of the marked runs, or else of all, with their texts in the legend.
+/// The labels of the curves, those of the marked runs, or else of all, with their texts in the legend and their runs.
 fn labels(screens: &Screens, ui: &Ui) -> Vec<(String, String)> {
     let composition = composition(FigureKind::Learning, &screens.lists, &screens.runs, ui);
     let shown = ui.view.runs.iter().filter(|run| is_shown(&composition, &run.path));
     let entry = |run: &Arc<RunSummary>| {
         let group = ui.view.groups.of(&run.path)?;
-        Some((group.label.clone(), group.name.clone()))
+        Some([&group.name, &run.name].map(|name| (group.label.clone(), name.clone())))
     };
-    shown.filter_map(entry).collect::<BTreeMap<_, _>>().into_iter().collect()
+    shown.filter_map(entry).flatten().collect::<BTreeSet<_>>().into_iter().collect()
 }
 
 /// The options of the learning figure, and their values where there are few.
