@@ -12,6 +12,7 @@ use crate::tui::view::playback::PlaybackFrame;
 use crate::tui::widgets::canvas;
 use crate::tui::widgets::theme::Theme;
 use mge_figures::tool_outline;
+use mge_guidance::ActionPrior;
 use mge_physics::{SCREEN, Tool, ToolKind, to_normalised};
 use mge_task::Task;
 
@@ -55,13 +56,13 @@ pub fn picture(tool: &Tool, area: Rect, theme: &Theme, buffer: &mut Buffer) {
     });
 }
 
-/// Draws a small picture of a task.
-pub fn task_picture(task: &Task, area: Rect, theme: &Theme, buffer: &mut Buffer) {
+/// Draws a picture of a task, with the clusters given.
+pub fn task_picture(task: &Task, prior: Option<&ActionPrior>, area: Rect, theme: &Theme, buffer: &mut Buffer) {
     let content = Content {
         objects: Objects { task, proposed: &[] },
         frame: &PlaybackFrame { ball: task.ball.position, ..PlaybackFrame::default() },
-        overlays: Overlays::default(),
-        prior: None,
+        overlays: Overlays { samples: true, ..Overlays::default() },
+        prior: prior.map(|prior| (prior, false)),
         heat: None,
         choice: None,
         predicted: &[],

@@ -4,8 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
 
 use crate::tui::chart::{Curve, Plot, Scale, Window, draw as draw_chart};
-use crate::tui::scene::{Content, Objects, Overlays, draw as draw_scene};
-use crate::tui::view::playback::PlaybackFrame;
+use crate::tui::scene::task_picture;
 use crate::tui::widgets::preview::PreviewRequest;
 use crate::tui::widgets::theme::Theme;
 use mge_figures::{Figure, LearningCurves};
@@ -19,21 +18,8 @@ pub fn in_cells(wanted: &PreviewRequest, figure: &dyn Figure, area: Rect, theme:
     if let Some(figure) = figure.curves() {
         return curves(figure, area, theme, buffer);
     }
-    let task = &wanted.task;
-    let is_sampled = wanted.kind == FigureKind::Clusters;
-    let content = Content {
-        objects: Objects { task, proposed: &[] },
-        frame: &PlaybackFrame { ball: task.ball.position, ..PlaybackFrame::default() },
-        overlays: Overlays { clusters: is_sampled, samples: is_sampled, ..Overlays::default() },
-        prior: wanted.prior.as_ref().map(|prior| (&**prior, false)),
-        heat: None,
-        choice: None,
-        predicted: &[],
-        truth: &[],
-        selected: None,
-        ghost: None,
-    };
-    draw_scene(&content, area, theme, buffer);
+    let prior = wanted.prior.as_deref().filter(|_| wanted.kind == FigureKind::Clusters);
+    task_picture(&wanted.task, prior, area, theme, buffer);
 }
 
 /// Draws the panels of learning curves.

@@ -99,7 +99,11 @@ fn explanation(ui: &Ui, screens: &Screens, tab: Tab) -> String {
                 object => ui.view.objects().name(object),
             };
             // During hand play, the keys are those of the tool.
-            let keys = if screens.scene.hand.is_some() { "" } else { ": arrows move it, {coordinates} types x and y" };
+            let keys = if screens.scene.hand.is_some() {
+                ""
+            } else {
+                ": arrows or the mouse move it, {coordinates} types x and y"
+            };
             format!("{name} at x {x:.2}, y {y:.2}{}", ui.text(keys))
         }
         Tab::Training => screens.curves.explanation(),

@@ -87,11 +87,10 @@ pub fn press(scene: &mut Scene, ui: &Ui, position: [f32; 2], reach: f32) -> Vec<
     let objects = ui.view.objects();
     let object = objects.at(position, reach);
     scene.select(object);
-    let text = match object {
-        Some(object) => format!("{}: drag it, or move it with the arrow keys", objects.name(object)),
-        None => format!("x {:.2}, y {:.2}", position[0], position[1]),
-    };
     let mut effects = leave_past(ui.subject);
-    effects.push(Effect::info(text));
+    // What is selected has its own line.
+    if object.is_none() {
+        effects.push(Effect::info(format!("x {:.2}, y {:.2}", position[0], position[1])));
+    }
     effects
 }

@@ -27,7 +27,12 @@ fn written(tool: &Tool) -> (Option<f32>, Values) {
 /// Opens the picker of tasks.
 pub fn choose_task() -> Vec<Effect> {
     let open = |item: &Item<Task>| Effect::apply(command::Task(item.name.clone()));
-    vec![Effect::open(Picker::new("open a task", tasks(), (7, task_picture), open))]
+    vec![Effect::open(Picker::new(
+        "open a task",
+        tasks(),
+        (7, |task, area, theme, buffer| task_picture(task, None, area, theme, buffer)),
+        open,
+    ))]
 }
 
 /// Opens the picker to add a tool. It is added at the valid place that is nearest to the middle.

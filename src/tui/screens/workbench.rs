@@ -34,9 +34,6 @@ pub fn draw(ui: &Ui, screens: &Screens, area: Rect, buffer: &mut Buffer, regions
     status::draw(ui, below, buffer);
 }
 
-/// Width from which an object's whole name fits beside its numbers.
-const NAMED: u16 = 36;
-
 /// Rows reserved for the task pane when there are many objects.
 const TASK: u16 = 5;
 
@@ -64,19 +61,15 @@ fn objects(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mu
     let height = (all.len() as u16 + 2).min(area.height.saturating_sub(TASK));
     let [upper, lower] = Layout::vertical([Constraint::Length(height), Constraint::Fill(1)]).areas(area);
     let inside = pane("objects · x, y, size", upper, theme, buffer);
-    let roomy = inside.width >= NAMED;
     let row = |index: usize| {
         let object: Object = all[index];
         let [px, py] = view.objects().position(object).unwrap_or_default();
         let size = view.objects().size(object).unwrap_or_default();
-        let name = view.objects().name(object);
-        // In a narrow pane the tool's type is left out.
-        let name = if roomy { name.as_str() } else { name.split(" (").next().unwrap_or_default() };
         let of = |text: String| Text::from(text).right_aligned();
         let [px, py, size] = [format!("{px:.2}"), format!("{py:.2}"), format!("{size:.1}")].map(of);
-        Row::new([Text::from(name.to_owned()), px, py, size])
+        Row::new([Text::from(view.objects().name(object)), px, py, size])
     };
-    let widths = if roomy { [16, 6, 6, 5] } else { [10, 5, 5, 4] }.map(Constraint::Length);
+    let widths = [Constraint::Max(16), Constraint::Length(6), Constraint::Length(6), Constraint::Length(5)];
     let selected = scene.selected().and_then(|object| all.iter().position(|known| *known == object));
     regions.add_rows(list::draw(all.len(), selected, row, &widths, inside, theme, buffer));
     if lower.height >= 3 {

@@ -123,19 +123,13 @@ impl Preview {
     }
 }
 
-/// Draws the figure as large as fits, keeping its proportions.
+/// Draws the figure as large as fits.
 fn picture(figure: &dyn Figure, picker: &Picker, room: [u16; 2]) -> Result<Protocol, String> {
-    let cell = [picker.font_size().width, picker.font_size().height];
-    let pixels: [f64; 2] = std::array::from_fn(|axis| f64::from(room[axis]) * f64::from(cell[axis]));
-    let size = figure.size();
-    let scale = (pixels[0] / size[0]).min(pixels[1] / size[1]);
-    let cells: [u16; 2] = std::array::from_fn(|axis| {
-        ((size[axis] * scale / f64::from(cell[axis])).round() as u16).clamp(1, room[axis].max(1))
-    });
-    let [width, height] = [0, 1].map(|axis| u32::from(cells[axis]) * u32::from(cell[axis]));
+    let cell = picker.font_size();
+    let [width, height] = [(room[0], cell.width), (room[1], cell.height)].map(|(n, of)| u32::from(n) * u32::from(of));
     let bytes = figure.to_rgb(width, height).map_err(|error| error.to_string())?;
     let image = RgbImage::from_raw(width, height, bytes).ok_or("the picture has the wrong size")?;
-    let (image, size) = (DynamicImage::from(image), Size::new(cells[0], cells[1]));
+    let (image, size) = (DynamicImage::from(image), Size::new(room[0], room[1]));
     picker.new_protocol(image, size, Resize::Fit(None)).map_err(|error| error.to_string())
 }
 

@@ -57,7 +57,7 @@ fn the_tool_palette_is_navigated_by_keys_and_mouse() {
 fn the_properties_of_a_tool_are_stepped_and_typed() {
     check(with_ramp(), "2 backtab )", &["tool set 1 size=16.5"], "");
     check(with_ramp(), "2 backtab (", &["tool set 1 size=15.5"], "");
-    check(with_ramp(), "2 backtab", &[], "at x 0.50, y 0.50: arrows move it");
+    check(with_ramp(), "2 backtab", &[], "at x 0.50, y 0.50: arrows or the mouse move it");
     check(with_ramp(), "2 backtab E backspace backspace backspace 3 enter", &[], "is not KEY=VALUE");
     let typed = "tool set 1 size=16 angle=0 radius=1 elasticity=0.5 friction=7";
     check(with_ramp(), "2 backtab E backspace backspace 7 enter", &[typed], "");
