@@ -212,6 +212,19 @@ mod tests {
     }
 
     #[test]
+    fn a_name_is_cut_only_where_there_is_no_room_for_it() {
+        let values = [1.0; 20];
+        let name = "longer than half of the width of a chart";
+        let shown = |count: usize| {
+            let area = Rect::new(0, 0, 60, 12);
+            let plot = Plot { curves: vec![curve(name, &values, &[]); count], ..plot(&values, &[]) };
+            let lines = legend(&plot, area, &Theme::new(Palette::Dark, Depth::True, ASCII));
+            lines.iter().filter(|line| line.to_string().contains(name)).count()
+        };
+        assert_eq!([shown(1), shown(9)], [1, 0]);
+    }
+
+    #[test]
     fn an_empty_chart_says_what_to_do() {
         let mut long = plot(&[], &[]);
         long.empty = "no episodes yet: t trains";

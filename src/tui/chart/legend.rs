@@ -17,17 +17,26 @@ const NAME: usize = 24;
 /// Least height of a chart whose curves are named, and of its plot.
 const NAMED: u16 = 10;
 
-/// Title and legend, on as many lines as they need and leave the plot its room. In a small chart, curves of which not
-/// all can be named have their values only: a large one names them. Curves that do not fit are counted.
+/// Title and legend, on as many lines as they need and leave the plot its room. Names are cut only if they do not fit. In
+/// a small chart, curves of which not all can be named have their values only: a large one names them. Curves that do
+/// not fit are counted.
 pub fn legend(plot: &Plot, area: Rect, theme: &Theme) -> Vec<Line<'static>> {
     let few = usize::from(area.height / 5).max(1) + usize::from(area.height >= 6);
     let most = few.max(area.height.saturating_sub(NAMED).into());
-    let (named, left) = entries(plot, true, area, most, theme);
-    if left == 0 || area.height >= NAMED { named } else { entries(plot, false, area, most, theme).0 }
+    let width = usize::from(area.width);
+    let least = NAME.max(width / 2);
+    for room in [width, least] {
+        let (lines, left) = entries(plot, room, area, most, theme);
+        if left == 0 || (room == least && area.height >= NAMED) {
+            return lines;
+        }
+    }
+    entries(plot, 0, area, most, theme).0
 }
 
-/// Title and legend on at most this many lines, and the number of curves that do not fit.
-fn entries(plot: &Plot, is_named: bool, area: Rect, most: usize, theme: &Theme) -> (Vec<Line<'static>>, usize) {
+/// Title and legend on at most this many lines, with names of at most `room` columns, and the number of curves that do
+/// not fit.
+fn entries(plot: &Plot, room: usize, area: Rect, most: usize, theme: &Theme) -> (Vec<Line<'static>>, usize) {
     let mut lines = vec![Line::styled(columns::shortened(plot.title, usize::from(area.width), false), theme.strong())];
     if let Some([_, at]) = plot.crosshair {
         lines[0].push_span(Span::styled(format!("  episode {at:.0}"), theme.faint()));
@@ -35,7 +44,6 @@ fn entries(plot: &Plot, is_named: bool, area: Rect, most: usize, theme: &Theme) 
     let all = plot.curves.iter().filter(|curve| !curve.values.is_empty());
     let names: BTreeSet<&str> = plot.curves.iter().map(|curve| curve.name).collect();
     let text = |curve: &Curve| {
-        let room = NAME.max(usize::from(area.width / 2));
         // What sets the curves apart is kept.
         let name = short_label(curve.name, &names, |name| columns::width(name) <= room);
         let name = columns::shortened(&name, room, true);
@@ -43,7 +51,7 @@ fn entries(plot: &Plot, is_named: bool, area: Rect, most: usize, theme: &Theme) 
         // Below the title, a number alone looks like one of the axis.
         let is_below = columns::width(plot.title) + value.len() + 2 > usize::from(area.width);
         let name = if name.is_empty() && is_below { "value".to_owned() } else { name };
-        if name.is_empty() || !is_named { format!("  {value}") } else { format!("  {name}: {value}") }
+        if name.is_empty() || room == 0 { format!("  {value}") } else { format!("  {name}: {value}") }
     };
     let texts: Vec<(String, Color)> = all.map(|curve| (text(curve), curve.colour)).collect();
     for (index, (text, colour)) in texts.iter().enumerate() {

@@ -8,6 +8,7 @@ use super::range::Window;
 use mge_stats::rolling::finite_means;
 
 /// A curve.
+#[derive(Clone)]
 pub struct Curve<'a> {
     /// Name in the legend.
     pub name: &'a str,

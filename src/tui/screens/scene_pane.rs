@@ -13,7 +13,7 @@ use super::{HitRegion, HitRegions, Ui};
 use crate::tui::scene::{Content, Object, Objects, draw as draw_scene, legend};
 use crate::tui::view::Choice;
 use crate::tui::view::playback::PlaybackFrame;
-use crate::tui::widgets::columns::{fitting, shortened};
+use crate::tui::widgets::columns::{fitting, shortened, width};
 use mge_task::{Part, Region, Task};
 
 /// Draws the scene. Returns its legend, if that is to be shown.
@@ -25,9 +25,11 @@ pub fn scene_pane(
     regions: &mut HitRegions,
 ) -> Option<Vec<Line<'static>>> {
     let subject = ui.subject;
-    let run = subject.run().map_or("", |run| &run.name);
+    let others = width(&format!("{} · {}", subject.task.name, subject.episode.title("")));
+    let room = usize::from(area.width).saturating_sub(others + 4);
+    let run = subject.run().map_or_else(String::new, |run| shortened(&run.name, room, true));
     let title =
-        [vec![subject.task.name.clone(), subject.episode.title(run)], scene.missing(subject)].concat().join(" · ");
+        [vec![subject.task.name.clone(), subject.episode.title(&run)], scene.missing(subject)].concat().join(" · ");
     let inside = pane(&title, area, ui.theme, buffer);
     // A past episode has its own task; edits apply to the session's.
     let (task, proposed) = match subject.choice {

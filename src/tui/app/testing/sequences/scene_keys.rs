@@ -38,6 +38,10 @@ fn every_overlay_of_an_agent_says_that_none_acts_or_what_it_waits_for() {
     let screen = text(&shot(&mut app, 80, 24));
     let covered = screen.lines().skip(2).take(20).any(|row| row.contains("no agent"));
     assert!(!covered && screen.contains("· no agent"), "nothing is written over the scene\n{screen}");
+    press(&mut app, "1 esc home");
+    let screen = text(&shot(&mut app, 80, 24));
+    let title = screen.lines().nth(1).unwrap_or_default();
+    assert!(title.contains("episode 1 of task") && title.contains("seed0 "), "cut in the middle: {title}");
     check(typical(), "pageup i", &[], "no critic or actor: the checkpoint is being read");
 }
 
