@@ -14,22 +14,12 @@ pub trait Searched {
     fn about(&self) -> &str;
 }
 
-impl<T: Searched + ?Sized> Searched for &T {
-    fn names(&self) -> Vec<&str> {
-        T::names(self)
-    }
-
-    fn about(&self) -> &str {
-        T::about(self)
-    }
-}
-
 /// The least score of a letter, on average: less is that of letters that are scattered over a long text by chance.
 const LEAST: u32 = 18;
 
 /// The items in which each word of the typed text is found, the best ones first: those with this name, those with a name
 /// that begins so, then those with its letters close together.
-pub fn search<T: Searched>(items: impl IntoIterator<Item = T>, typed: &str) -> Vec<T> {
+pub fn search<'a, T: Searched>(items: impl IntoIterator<Item = &'a T>, typed: &str) -> Vec<&'a T> {
     // The value after a key is a word.
     let typed = typed.to_lowercase().replace('=', "= ");
     let typed = typed.trim();
@@ -55,17 +45,17 @@ pub fn search<T: Searched>(items: impl IntoIterator<Item = T>, typed: &str) -> V
         let is_named = |name: &&str| name.len() == typed.len();
         Some((begins.clone().any(|name| is_named(name)), begins.count() > 0, sum))
     };
-    let mut found: Vec<_> = items.into_iter().filter_map(|item| Some((rank(&item)?, item))).collect();
+    let mut found: Vec<_> = items.into_iter().filter_map(|item| Some((rank(item)?, item))).collect();
     found.sort_by(|(a, _), (b, _)| b.cmp(a));
     found.into_iter().map(|(_, item)| item).collect()
 }
 
 /// The items with names at least so similar to a misspelt one, the most similar first.
-pub fn similar<T: Searched>(items: impl IntoIterator<Item = T>, typed: &str, least: f64) -> Vec<T> {
+pub fn similar<'a, T: Searched>(items: &'a [T], typed: &str, least: f64) -> Vec<&'a T> {
     /// Number of items.
     const SIMILAR: usize = 8;
-    let rank = |item: T| (item.names().into_iter().map(|name| closeness(name, typed)).fold(0.0, f64::max), item);
-    let mut all: Vec<_> = items.into_iter().map(rank).collect();
+    let rank = |item: &'a T| (item.names().into_iter().map(|name| closeness(name, typed)).fold(0.0, f64::max), item);
+    let mut all: Vec<_> = items.iter().map(rank).collect();
     all.retain(|(closeness, _)| *closeness >= least);
     all.sort_by(|(a, _), (b, _)| b.total_cmp(a));
     all.into_iter().map(|(_, item)| item).take(SIMILAR).collect()

@@ -6,7 +6,7 @@ use crate::tui::layers::search::{Searched, search, similar};
 use crate::tui::layers::tasks;
 use crate::tui::view::{RunSummary, ViewModel};
 use mge_base::json;
-use mge_base::paths::{expanded, suffix};
+use mge_base::paths::{entries, expanded, suffix};
 use mge_base::spelling::MAX_COMPARED_LENGTH;
 use mge_physics::ToolKind;
 use mge_results::OPTIONS;
@@ -23,6 +23,8 @@ pub struct Value {
     pub text: String,
     /// The description.
     pub about: String,
+    /// The present value of a setting.
+    now: String,
 }
 
 impl Value {
@@ -66,12 +68,10 @@ impl Searched for Value {
 /// Everything that can be completed.
 #[derive(Debug, Clone, Default)]
 pub struct Arguments {
-    /// Tasks, runs, models, pages of the documentation and terms of its glossary.
+    /// Tasks, runs, models, settings of the next run, pages of the documentation and terms of its glossary.
     known: Vec<Value>,
-    /// The settings of the next run, and their current values.
-    settings: Vec<(Value, String)>,
-    /// Those of the run that typed commands act on, which can be forked.
-    of_run: Vec<(Value, String)>,
+    /// The settings of the run that typed commands act on, which can be forked.
+    of_run: Vec<Value>,
 }
 
 /// Maximum number of entries of a folder that are considered.
@@ -87,9 +87,9 @@ impl Arguments {
         };
         let tasks = tasks().into_iter().map(|task| Value::of("task", task.name, task.about));
         let models = view.models.iter().map(|model| Value::of("model", &*model.name, &*model.about));
+        let runs = view.runs.iter().rev().map(run);
         Self {
-            known: tasks.chain(view.runs.iter().rev().map(run)).chain(models).chain(documents()).collect(),
-            settings: described(&view.settings),
+            known: tasks.chain(runs).chain(described(&view.settings)).chain(models).chain(documents()).collect(),
             of_run: on.map(|run| described(&run.config)).unwrap_or_default(),
         }
     }
@@ -101,8 +101,7 @@ impl Arguments {
 
     /// Commands on the tasks, runs, settings and models that are found by a text, and what the documents say of it.
     pub fn lines_with(&self, text: &str) -> Vec<Value> {
-        let all = self.known.iter().chain(self.settings.iter().map(|(setting, _)| setting));
-        search(all.filter(|_| !text.is_empty()), text).into_iter().cloned().collect()
+        search(self.known.iter().filter(|_| !text.is_empty()), text).into_iter().cloned().collect()
     }
 
     /// Completions of the last of the words after a verb, or of a misspelt first one the most similar.
@@ -115,17 +114,16 @@ impl Arguments {
             ("task", []) => [self.known("task"), files(typed, "json")].concat(),
             ("open" | "continue" | "delete" | "note" | "rename", []) => self.known("open"),
             ("method", []) => Method::ALL.map(|method| Value::new(method.name(), method.label())).into(),
-            ("model", []) => self.known("model"),
-            ("set", []) => self.settings.iter().map(|(setting, _)| setting.clone()).collect(),
+            ("model" | "set", []) => self.known(verb.name),
             ("set", [key]) => {
-                let known = self.settings.iter().find(|(setting, _)| setting.text == *key);
-                known.map(|(setting, now)| Value::new(now.clone(), setting.about.clone())).into_iter().collect()
+                let known = self.known("set").into_iter().filter(|setting| setting.text == *key);
+                known.map(|setting| Value::new(setting.now, setting.about)).collect()
             }
             ("fork", [_, ..]) => {
                 let edited = Value::new("task=edited", "the task as it is edited");
-                let key = |(known, _): &(Value, String)| Value::new(format!("{}=", known.text), known.about.clone());
-                let own = |(known, _): &&(Value, String)| !["method", "seed"].contains(&&*known.text);
-                std::iter::once(edited).chain(self.of_run.iter().filter(own).map(key)).collect()
+                let own = self.of_run.iter().filter(|known| !["method", "seed"].contains(&&*known.text));
+                let own = own.map(|known| Value::new(format!("{}=", known.text), &*known.about));
+                std::iter::once(edited).chain(own).collect()
             }
             ("figure", []) => FigureKind::ALL.map(|kind| Value::new(kind.name(), "")).into(),
             ("figure", ["learning", _, ..]) if typed.starts_with("runs=") => {
@@ -172,8 +170,8 @@ fn schedules() -> Vec<Value> {
     .into()
 }
 
-/// The settings of a run with their defaults and ranges, and their values in the form `set` takes.
-fn described(config: &RunConfig) -> Vec<(Value, String)> {
+/// The settings of a run with their defaults, ranges and present values.
+fn described(config: &RunConfig) -> Vec<Value> {
     let all = [config, &RunConfig::default_for(config.task.clone(), config.method)].map(json::to_value);
     let known: Vec<_> = settings().collect();
     let described = |path: String| {
@@ -186,7 +184,7 @@ fn described(config: &RunConfig) -> Vec<(Value, String)> {
             Some((_, setting)) => format!("now {now}{usual}; {}: {}", setting.about, setting.range),
             None => format!("now {now}{usual}"),
         };
-        (Value::of("set", path, about), now)
+        Value { now, ..Value::of("set", path, about) }
     };
     config_keys(config).into_iter().map(described).collect()
 }
@@ -195,13 +193,11 @@ fn described(config: &RunConfig) -> Vec<(Value, String)> {
 fn files(typed: &str, extension: &str) -> Vec<Value> {
     let prefix = &typed[..typed.rfind('/').map_or(0, |slash| slash + 1)];
     let folder = if prefix.is_empty() { ".".into() } else { expanded(prefix) };
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().take(FILES);
-    let named = entries.filter_map(|entry| {
-        let name = entry.file_name().into_string().ok().filter(|name| !name.starts_with('.'))?;
-        let path = format!("{prefix}{name}");
-        match entry.file_type().ok()?.is_dir() {
-            true => Some(Value::new(format!("{path}/"), "folder")),
-            false => (suffix(name.as_ref()) == extension).then(|| Value::new(path, "file")),
+    let named = entries(&folder).unwrap_or_default().into_iter().take(FILES).filter_map(|file| {
+        let name = file.file_name()?.to_str().filter(|name| !name.starts_with('.'))?;
+        match file.is_dir() {
+            true => Some(Value::new(format!("{prefix}{name}/"), "folder")),
+            false => (suffix(&file) == extension).then(|| Value::new(format!("{prefix}{name}"), "file")),
         }
     });
     let mut found: Vec<Value> = named.collect();
@@ -243,8 +239,8 @@ mod tests {
         assert_eq!(offered(&["clu"], "figure"), ["clusters"]);
         assert_eq!(offered(&["see"], "tool add"), ["see_saw"]);
         assert_eq!(offered(&["1", "max"], "tool set"), ["max_angle="]);
-        let settings = Arguments::new(&empty(), None).settings;
-        let (gamma, _) = settings.iter().find(|(value, _)| value.text == "ddpg.gamma").unwrap();
+        let settings = Arguments::new(&empty(), None).known("set");
+        let gamma = settings.iter().find(|value| value.text == "ddpg.gamma").unwrap();
         assert!(
             gamma.about.starts_with("now 0.9, by default 0.95; ") && gamma.about.contains("a number from 0 to"),
             "{}",

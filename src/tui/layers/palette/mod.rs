@@ -224,23 +224,22 @@ impl CommandPalette {
         (self.error, self.recalled, self.selected) = (None, None, None);
         self.values.clear();
         let written = self.input.before_cursor().trim_start();
-        let verb = verbs().filter(|verb| written.strip_prefix(verb.name).is_some_and(|rest| rest.starts_with(' ')));
-        // `model train` is not `model` with an argument.
-        if let Some(verb) = verb.max_by_key(|verb| verb.name.len()) {
+        if let Some(verb) = verb_of(written).filter(|verb| verb.name.len() < written.len()) {
             let words: Vec<&str> = written[verb.name.len()..].trim_start().split(' ').collect();
             self.values = self.arguments.of(verb, &words);
         }
         let text = self.input.text().trim_start();
         if is_command(text) {
-            let begins = |item: &&Item| item.entry.same_verb().is_some_and(|verb| begins_with(text, verb.name));
-            self.found = self.items.iter().filter(begins).copied().collect();
+            let verb = verb_of(text).map(|verb| verb.name);
+            let has_it = |item: &&Item| item.entry.same_verb().map(|same| same.name) == verb;
+            self.found = self.items.iter().filter(has_it).copied().collect();
             return;
         }
-        self.found = search(self.items.iter().copied(), text);
+        self.found = search(&self.items, text).into_iter().copied().collect();
         self.values = self.arguments.lines_with(text);
         if self.found.is_empty() {
             let least = if self.values.is_empty() { 0.0 } else { SIMILAR };
-            self.found = similar(self.items.iter().copied(), text, least);
+            self.found = similar(&self.items, text, least).into_iter().copied().collect();
         }
         self.selected = self.named(text);
     }
@@ -344,19 +343,20 @@ impl Layer for CommandPalette {
     }
 }
 
-fn begins_with(text: &str, name: &str) -> bool {
-    text.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(' '))
+/// The verb with which a text begins: `model train` is not `model` with an argument.
+fn verb_of(text: &str) -> Option<&'static Verb> {
+    let begins = |name| text.strip_prefix(name).is_some_and(|rest: &str| rest.is_empty() || rest.starts_with(' '));
+    verbs().filter(|verb| begins(verb.name)).max_by_key(|verb| verb.name.len())
 }
 
 /// Whether a text is a command: a verb followed by arguments, or one that takes none.
 fn is_command(text: &str) -> bool {
-    verbs().any(|verb| begins_with(text, verb.name) && (verb.arguments.is_empty() || text != verb.name))
+    verb_of(text).is_some_and(|verb| verb.arguments.is_empty() || text != verb.name)
 }
 
 /// Whether a line is a command with its only argument.
 fn takes_no_more(text: &str) -> bool {
-    let verb = verbs().filter(|verb| begins_with(text, verb.name)).max_by_key(|verb| verb.name.len());
-    verb.is_some_and(|verb| !verb.arguments.contains(' '))
+    verb_of(text).is_some_and(|verb| !verb.arguments.contains(' '))
         && !text.ends_with(['/', '='])
         && Command::parse(text).is_ok()
 }
