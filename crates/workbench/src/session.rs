@@ -165,16 +165,15 @@ impl Session {
     /// When the session has no run of the number.
     pub(super) fn with_folders(&self, command: Command) -> Result<Command, SessionError> {
         let is_restored = command.is_restore();
-        command.with_run_folders(|name| match run_number(name) {
-            Some(number) => Ok(Some(self.runs.folder_of(number).ok_or_else(|| no_such_run(number))?.to_owned())),
-            None if name.exists() => Ok(Some(self.setup.listed(name))),
-            None => {
-                let place = Some(self.setup.folder.join(name)).filter(|folder| folder.exists());
-                // A deleted run may have the name that another was given.
-                let other = || RunDirectory::named_so(name, &self.setup.folder).filter(|_| !is_restored);
-                let Some(other) = other().filter(|_| place.is_none()) else { return Ok(place) };
-                Err(SessionError::Failed(format!("{} does not exist{other}", name.display())))
-            }
+        command.with_run_folders(|name| match (run_number(name), self.setup.folder.join(name)) {
+            (Some(number), _) => Ok(Some(self.runs.folder_of(number).ok_or_else(|| no_such_run(number))?.to_owned())),
+            _ if name.exists() => Ok(Some(self.setup.listed(name))),
+            (None, place) if place.exists() => Ok(Some(place)),
+            // A deleted run may have the name that another was given.
+            _ => match RunDirectory::named_so(name, &self.setup.folder).filter(|_| !is_restored) {
+                Some(other) => Err(SessionError::Failed(format!("{} does not exist{other}", name.display()))),
+                None => Ok(None),
+            },
         })
     }
 

@@ -50,6 +50,11 @@ pub struct Entry {
 }
 
 impl Entry {
+    /// Its first key.
+    pub fn key(&self) -> &'static str {
+        self.keys.split(' ').next().unwrap_or_default()
+    }
+
     /// The verb that does the same, if there is one.
     pub fn same_verb(&self) -> Option<&'static Verb> {
         verbs().find(|verb| verb.name == self.verb).filter(|_| self.about.is_empty())

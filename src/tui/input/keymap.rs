@@ -26,14 +26,14 @@ pub fn entry(key: Key, contexts: &[Context]) -> Option<&'static Entry> {
 /// Replaces each `{name}` in a text by the first key of the action with that name.
 pub fn fill(text: &str) -> String {
     let mut filled = text.to_owned();
-    for (key, entry) in BINDINGS.iter().filter(|_| text.contains('{')) {
-        filled = filled.replace(&format!("{{{}}}", entry.name), &key.to_string());
+    for entry in entries().iter().filter(|entry| text.contains('{') && !entry.keys.is_empty()) {
+        filled = filled.replace(&format!("{{{}}}", entry.name), entry.key());
     }
     filled
 }
 
 /// Key and entry of each hint in the footer for the given contexts, innermost first.
-pub fn hints(contexts: &[Context]) -> Vec<(String, &'static Entry)> {
+pub fn hints(contexts: &[Context]) -> Vec<(&'static str, &'static Entry)> {
     let of_context = |context: &Context| {
         let context = *context;
         entries().iter().filter(move |entry| entry.context == context && !entry.hint.is_empty())
@@ -43,7 +43,7 @@ pub fn hints(contexts: &[Context]) -> Vec<(String, &'static Entry)> {
         // A key of an inner context shadows the same key of an outer one.
         let reached = self::entry(*key, contexts).is_some_and(|reached| reached.name == entry.name);
         // One arrow key stands for all.
-        reached.then(|| (if entry.name == "right" { "arrows".to_owned() } else { key.to_string() }, entry))
+        reached.then(|| (if entry.name == "right" { "arrows" } else { entry.key() }, entry))
     };
     contexts.iter().flat_map(of_context).filter_map(hint).collect()
 }
@@ -64,7 +64,7 @@ mod tests {
         assert_eq!(BINDINGS.len(), written, "every key parses");
         for (index, (key, a)) in BINDINGS.iter().enumerate() {
             for (other, b) in &BINDINGS[index + 1..] {
-                assert!(key != other || !can_meet(a, b), "{key}: {} and {}", a.name, b.name);
+                assert!(key != other || !can_meet(a, b), "{key:?}: {} and {}", a.name, b.name);
             }
         }
     }
@@ -81,8 +81,8 @@ mod tests {
         assert_eq!((name("space"), name("t")), ("hand-place", "train"));
         let hints = |contexts: &[Context]| super::hints(contexts);
         let of_hand = hints(&contexts);
-        assert_eq!((of_hand[0].0.as_str(), of_hand[0].1.name), ("enter", "hand-place"));
-        assert_eq!(of_hand.iter().filter(|(key, _)| key == "enter").count(), 1);
+        assert_eq!((of_hand[0].0, of_hand[0].1.name), ("enter", "hand-place"));
+        assert_eq!(of_hand.iter().filter(|(key, _)| *key == "enter").count(), 1);
         let over_the_scene = hints(&[Context::Hand, Context::Playback]);
         assert!(over_the_scene.iter().all(|(_, entry)| entry.name != "play"), "space places the tool");
     }

@@ -154,16 +154,16 @@ fn footer(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffer: &mut 
     let (always, others): (Vec<_>, Vec<_>) = hints.into_iter().partition(|(_, entry)| entry.name == "help");
     let mut end = area.right();
     for (key, entry) in always {
-        end = end.saturating_sub(hint_width(&key, word(entry)) - 2).max(area.x);
-        put(end, &key, entry);
+        end = end.saturating_sub(hint_width(key, word(entry)) - 2).max(area.x);
+        put(end, key, entry);
     }
     let mut x = area.x;
     for (key, entry) in others {
-        let width = hint_width(&key, word(entry));
+        let width = hint_width(key, word(entry));
         if x + width > end {
             break;
         }
-        put(x, &key, entry);
+        put(x, key, entry);
         x += width;
     }
 }
