@@ -26,7 +26,8 @@ pub fn scene_pane(
 ) -> Option<Vec<Line<'static>>> {
     let subject = ui.subject;
     let others = width(&format!("{} · {}", subject.task.name, subject.episode.title("")));
-    let room = usize::from(area.width).saturating_sub(others + 4);
+    // With the beginning of what is missing.
+    let room = usize::from(area.width).saturating_sub(others + 7);
     let run = subject.run().map_or_else(String::new, |run| shortened(&run.name, room, true));
     let title =
         [vec![subject.task.name.clone(), subject.episode.title(&run)], scene.missing(subject)].concat().join(" · ");
