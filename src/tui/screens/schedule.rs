@@ -10,9 +10,10 @@ use super::pane::{lines, pane};
 use super::{HitRegion, HitRegions, Ui};
 use crate::tui::chart::{Axes, Scale, Window};
 use crate::tui::effect::Effect;
-use crate::tui::view::ViewModel;
+use crate::tui::view::{RunSummary, ViewModel};
 use crate::tui::widgets::canvas;
 use mge_guidance::EpsilonSchedule;
+use mge_run::RunState;
 use mge_workbench::command;
 
 /// Greatest distance, in columns, at which the mouse selects a point.
@@ -139,7 +140,7 @@ pub fn draw(state: &Schedule, ui: &Ui, area: Rect, buffer: &mut Buffer, regions:
             }
             canvas::path(context, &trace(&shown, &axes), theme.accent);
         });
-        if let Some(run) = ui.subject.run().filter(|run| run.active) {
+        if let Some(run) = taker(ui) {
             axes.bar(run.done as f32, Style::new().fg(theme.good), buffer);
         }
         points(state, ui, &axes, buffer);
@@ -170,11 +171,15 @@ fn points(state: &Schedule, ui: &Ui, axes: &Axes, buffer: &mut Buffer) {
     }
 }
 
+/// The run that takes a schedule that is applied: the watched one while it is in training, here or in another program.
+fn taker<'a>(ui: &Ui<'a>) -> Option<&'a RunSummary> {
+    ui.subject.run().filter(|run| run.active || matches!(run.state, RunState::Running | RunState::Paused))
+}
+
 fn explanation(state: &Schedule, ui: &Ui) -> String {
     let settings = &ui.view.settings;
     let method = settings.method;
-    let active = ui.subject.run().filter(|run| run.active);
-    let usage = match (&state.draft, active) {
+    let usage = match (&state.draft, taker(ui)) {
         _ if !method.uses("epsilon") => format!("Not used by the method of the next run: {}.", method.label()),
         (None, Some(run)) if run.config.epsilon != settings.epsilon => {
             format!("Of the next run. {} has {}; one applied here is for both.", run.name, run.config.epsilon)

@@ -1,6 +1,7 @@
 //! The schedule, by keys and mouse.
 
 use super::*;
+use mge_run::RunState;
 
 #[test]
 fn the_schedule_is_drawn_and_applied() {
@@ -76,6 +77,9 @@ fn a_typed_schedule_replaces_the_drawn_one() {
     let typed = "3 up e 0 . 2 enter";
     check(empty(), typed, &["epsilon 0.2"], "This schedule is in use.");
     check(empty(), "3 up t", &[], "the drawn schedule is not in use");
+    let mut elsewhere = typical();
+    change_run(&mut elsewhere, 0, |run| (run.active, run.state) = (false, RunState::Running));
+    check(elsewhere, "3 up", &[], "enter uses it in task1-ddpg-mge-seed0");
 }
 
 #[test]
