@@ -7,6 +7,7 @@ use super::command::{self, Command, FigureKind};
 use super::job::Reporter;
 use super::{Notice, Session, SessionError};
 use mge_base::atomic;
+use mge_base::text::counted;
 use mge_figures::{ActionSamples, DEFAULT_DPI, Figure, Provenance, TaskActions, TaskGrid};
 use mge_results::{Composed, Composition, LearningRow, find_runs};
 use mge_run::{RunError, RunHistory, config_hash};
@@ -76,13 +77,21 @@ impl Session {
                 if composition.runs.is_empty() && self.runs().is_empty() && !self.folder().is_dir() {
                     return Err(SessionError::NoRun);
                 }
-                let composition = Composition { runs: self.source_runs(composition), ..composition.clone() };
+                let sources = self.source_runs(composition);
+                let others = sources.iter().filter(|run| composition.runs.is_empty() && *run != self.folder()).count();
+                let others = match others {
+                    others if others < sources.len() && others > 0 => {
+                        format!(" With {} from outside {}.", counted(others, "run"), self.folder().display())
+                    }
+                    _ => String::new(),
+                };
+                let composition = Composition { runs: sources, ..composition.clone() };
                 let reader = Arc::clone(&self.reader);
                 return Ok(Box::new(move |on_progress| {
                     let composed = composition.figure(&reader, on_progress);
                     let Composed { figure, seeds, config_hash, remark } =
                         composed.map_err(|error| error.to_string())?;
-                    Ok(DrawnFigure { figure: Box::new(figure), seeds, config_hash, remark })
+                    Ok(DrawnFigure { figure: Box::new(figure), seeds, config_hash, remark: remark + &others })
                 }));
             }
         };
@@ -189,6 +198,11 @@ mod tests {
         run(&mut session, "watch 1\nresume\nwait");
         let both = drawn(&session, &Composition::default()).unwrap();
         assert_eq!((both.seeds, &*both.remark), (vec![0, 1], ""));
+        let outside = tempfile::tempdir().unwrap();
+        run(&mut session, &format!("seed 2\ntrain {}/other\nwait", outside.path().display()));
+        let more = drawn(&session, &Composition::default()).unwrap();
+        let told = format!(" With 1 run from outside {}.", folder.path().display());
+        assert_eq!((more.seeds, more.remark), (vec![0, 1, 2], told));
     }
 
     #[test]
