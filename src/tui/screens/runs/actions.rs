@@ -81,7 +81,7 @@ pub fn compare(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
 }
 
 /// How to act on a single run.
-pub const SINGLE: &str = "{mark-run} removes a mark, {fold-group} shows the runs of a group";
+pub const SINGLE: &str = "{fold-group} shows the runs of a group, {mark-run} unmarks";
 
 /// What an action does with a single run; otherwise says that only such can be `done`.
 fn on_single(runs: &[&RunSummary], ui: &Ui, done: &str, act: impl FnOnce(&RunSummary) -> Vec<Effect>) -> Vec<Effect> {
@@ -120,7 +120,8 @@ fn ask(runs: &[&RunSummary], [what, hint]: [&str; 2], text: fn(&RunSummary) -> &
         Ok(Effect::new(move |app| {
             let mut found = before.iter().map(|(folder, before)| (now(folder), before));
             if let Some((Notes { name, note, .. }, _)) = found.find(|(now, before)| now != *before) {
-                return Err(format!("another program has written `{name} {note}`: close this and open it again"));
+                let written = [name, note].join(" ");
+                return Err(format!("another program has written `{}`: close this and open it again", written.trim()));
             }
             before.iter().try_for_each(|(folder, _)| app.try_apply(set(folder.clone(), text.clone())))?;
             if before.len() > 1 {

@@ -130,7 +130,7 @@ fn notes_and_names_are_written_to_the_run() {
     let (mut app, asked) = app(view);
     press(&mut app, "5 down i m i n e");
     run.change_notes(|notes| notes.note = "theirs".into()).unwrap();
-    let is_told = |screen: &str| screen.contains("another program has written ` theirs`");
+    let is_told = |screen: &str| screen.contains("another program has written `theirs`");
     assert!(!is_told(&text(&shot(&mut app, 120, 40))), "no file is read while one types");
     press(&mut app, "enter");
     let screen = text(&shot(&mut app, 120, 40));
@@ -249,7 +249,7 @@ fn what_cannot_be_done_with_a_line_is_explained() {
     check(grouped(), "5 F", &[], "only a single run can be forked");
     check(grouped(), "5 v", &[], "only a single run can be evaluated");
     for typed in ["s t o p", "p a u s e", "f o r k space 9"] {
-        check(grouped(), &format!("5 : {typed} enter"), &[], "what is typed is for a single run: space removes a mark");
+        check(grouped(), &format!("5 : {typed} enter"), &[], "what is typed is for a single run: tab shows the runs of a group");
     }
     check(grouped(), "5 space down V", &[], "training · DDPG (3 seeds)");
     let mut view = typical();
