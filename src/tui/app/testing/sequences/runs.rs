@@ -249,7 +249,12 @@ fn what_cannot_be_done_with_a_line_is_explained() {
     check(grouped(), "5 F", &[], "only a single run can be forked");
     check(grouped(), "5 v", &[], "only a single run can be evaluated");
     for typed in ["s t o p", "p a u s e", "f o r k space 9"] {
-        check(grouped(), &format!("5 : {typed} enter"), &[], "what is typed is for a single run: tab shows the runs of a group");
+        check(
+            grouped(),
+            &format!("5 : {typed} enter"),
+            &[],
+            "what is typed is for a single run: tab shows the runs of a group",
+        );
     }
     check(grouped(), "5 space down V", &[], "training · DDPG (3 seeds)");
     let mut view = typical();
