@@ -65,7 +65,7 @@ pub struct Composed<F = LearningCurves> {
 /// The names of the options and their values.
 pub const OPTIONS: [(&str, &str); 13] = [
     ("runs", "a run's folder, or one that holds runs; may be given again"),
-    ("curve", "a curve, by its name in the legend or its label; may be given again"),
+    ("curve", "a curve's name or label; may be given again"),
     ("name", "another name for the preceding curve"),
     ("reference", "the curve that the others are compared with"),
     ("success", "training or greedy"),
