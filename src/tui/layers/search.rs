@@ -42,8 +42,7 @@ pub fn search<'a, T: Searched>(items: impl IntoIterator<Item = &'a T>, typed: &s
             sum += name.max(score(part, &text).map(u32::from))?;
         }
         let begins = names.iter().filter(|name| name.to_lowercase().starts_with(typed));
-        let is_named = |name: &&str| name.len() == typed.len();
-        Some((begins.clone().any(|name| is_named(name)), begins.count() > 0, sum))
+        Some((begins.map(|name| name.len() == typed.len()).max(), sum))
     };
     let mut found: Vec<_> = items.into_iter().filter_map(|item| Some((rank(item)?, item))).collect();
     found.sort_by(|(a, _), (b, _)| b.cmp(a));
