@@ -30,13 +30,15 @@ impl App {
         }
         self.show_news(is_changed, elapsed);
         let view = self.workspace.view();
-        let fresh = view.log_total.saturating_sub(lines).min(view.log.len());
-        let news = view.log[view.log.len() - fresh..].iter().rev().find(|line| line.level != Level::Info);
-        if let Some(LogLine { level, text, .. }) = news.cloned() {
-            // A warning about what was just done comes after its report: it is not refused.
+        let fresh = &view.log[view.log.len() - view.log_total.saturating_sub(lines).min(view.log.len())..];
+        let warnings = fresh.iter().filter(|line| line.level == Level::Warning);
+        let warnings: String = warnings.map(|line| format!("; ! {}", line.text)).collect();
+        if let Some(LogLine { level, text, .. }) = fresh.iter().rev().find(|line| line.level != Level::Info).cloned() {
+            // Warnings about what was just done come after its report: it is not refused.
             let is_of_it = |(of, _, shown): &(Level, String, Duration)| *of == Level::Good && shown.is_zero();
-            match self.message.take_if(|message| level == Level::Warning && is_of_it(message)) {
-                Some((_, done, _)) => self.show_message(Level::Info, format!("{done}; ! {text}")),
+            match self.message.take_if(|message| !warnings.is_empty() && level != Level::Error && is_of_it(message)) {
+                Some(_) if level == Level::Good => self.show_message(Level::Info, text + &warnings),
+                Some((_, done, _)) => self.show_message(Level::Info, done + &warnings),
                 None => self.show_message(level, text),
             }
         }

@@ -49,8 +49,12 @@ fn a_warning_about_what_was_just_done_follows_its_report() {
     let (mut app, _) = app(empty());
     app.show_message(Level::Good, "forking a at episode 100");
     let warning = at_noon(Level::Warning, "epsilon 0 cripples it");
-    bring(&mut app, ViewModel { log: vec![warning], log_total: 1, ..empty() });
+    bring(&mut app, ViewModel { log: vec![warning.clone()], log_total: 1, ..empty() });
     assert_eq!(app.message(), "forking a at episode 100; ! epsilon 0 cripples it");
+    app.show_message(Level::Good, "forking b at episode 100");
+    let log = vec![warning.clone(), warning, at_noon(Level::Good, "training in b")];
+    bring(&mut app, ViewModel { log, log_total: 3, ..empty() });
+    assert_eq!(app.message(), "training in b; ! epsilon 0 cripples it");
 }
 
 #[test]
