@@ -77,7 +77,7 @@ pub fn run(session: Session, options: &Options) -> Result<ExitReason, TerminalEr
             fill("welcome: {train} trains, {help} shows all keys, {palette} finds any action"),
         );
     }
-    let outcome = catch_unwind(AssertUnwindSafe(|| until_left(&mut app, &mut display)));
+    let outcome = catch_unwind(AssertUnwindSafe(|| until_left(&mut app, &mut display, &folder)));
     let reason = outcome.map_err(|_| TerminalError::Panic(terminal::take_held().join("; ")))??;
     if let Err(error) = app.remembered().save(&folder) {
         terminal::report_at_the_end(format!("the choices of this session are not remembered: {error}"));
@@ -86,11 +86,14 @@ pub fn run(session: Session, options: &Options) -> Result<ExitReason, TerminalEr
 }
 
 /// Handles events and draws frames until the workbench is left; returns why it was.
-fn until_left(app: &mut App, display: &mut Display) -> Result<ExitReason, TerminalError> {
+fn until_left(app: &mut App, display: &mut Display, folder: &Path) -> Result<ExitReason, TerminalError> {
     let mut last = Instant::now();
     while !app.is_leaving() {
         let now = Instant::now();
-        app.tick(now - last);
+        if app.tick(now - last) {
+            // For the case that the program is killed; that it cannot be written is told at its end.
+            let _ = app.remembered().save(folder);
+        }
         last = now;
         match display.turn(app) {
             Ok(Some(signal)) => return Ok(ExitReason::Signal(signal)),

@@ -104,13 +104,19 @@ impl LearningRow {
     }
 }
 
-/// A label, from which, until it fits, the part after the method that most of all labels have is left out.
+/// A label, from which, until it fits, the part after the method that most of all labels have is left out, unless another
+/// label has all that would remain.
 pub fn short_label(label: &str, all: &BTreeSet<&str>, fits: impl Fn(&str) -> bool) -> String {
     let mut parts: Vec<&str> = label.split(", ").collect();
-    let often = |part: &str| all.iter().filter(|label| label.split(", ").any(|of_label| of_label == part)).count();
+    let method = Method::ALL.map(Method::label).into_iter().filter(|method| label.contains(method));
+    let first = method.map(|method| method.split(", ").count()).max().unwrap_or(1);
+    let have =
+        |parts: &[&str]| all.iter().filter(|of| parts.iter().all(|part| of.split(", ").any(|it| it == *part))).count();
+    let is_known_without = |parts: &[&str], at: usize| have(&[&parts[..at], &parts[at + 1..]].concat()) > 1;
     while !fits(&parts.join(", "))
-        && let Some(common) = (1..parts.len()).max_by_key(|place| often(parts[*place]))
-        && often(parts[common]) > 1
+        && let Some(common) = (first..parts.len())
+            .filter(|at| have(&parts[*at..=*at]) > 1 && !is_known_without(&parts, *at))
+            .max_by_key(|at| have(&parts[*at..=*at]))
     {
         parts.remove(common);
     }
@@ -386,6 +392,10 @@ mod tests {
         assert_eq!(short(60), labels);
         assert_eq!(short(40), ["DDPG-MGE, epsilon 0.3, success none", "DDPG-MGE, epsilon 0.5, success none"]);
         assert_eq!(short(10), ["DDPG-MGE, epsilon 0.3", "DDPG-MGE, epsilon 0.5"]);
+        let all = ["DDPG", "DDPG, uniform exploration, gamma 0.9", "DDPG, uniform exploration, gamma 0.9, tau 0.1"];
+        let shortest = all.map(|label| short_label(label, &BTreeSet::from(all), |_| false));
+        let expected = [all[0], all[1], "DDPG, uniform exploration, tau 0.1"];
+        assert_eq!(shortest, expected, "no two read the same, and each tells its method");
     }
 
     #[test]

@@ -123,6 +123,7 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("fold-group", "tab", "fold", "", "show the seeds of the group, or hide them", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::fold))),
         ("filter-runs", "/", "filter", "", "show only runs with words or regexes, or like task:4 epsilon<0.2", Effects(|s, ui| runs::ask_for_filter(&s.runs, ui))),
         ("sort-runs", "s", "sort", "", "the run of highest success first, or the latest one", Change(|s, _| s.runs.by_success ^= true)),
+        ("choose-columns", "|", "", "", "choose the columns of the list, by the names of columns and settings", Effects(|s, _| runs::ask_for_columns(&s.runs))),
         ("whole-preview", "+", "", "", "show more of the selected run's settings and note, without its curves, or less", Change(|s, _| s.runs.whole ^= true)),
         ("compare-runs", "V", "compare", "", "show the curves of the marked runs, or of the selected group, together", Effects(|s, ui| runs::on_line(&mut s.runs, ui, runs::compare))),
         ("rename-run", "n", "", "rename", "", Do(|app| app.on_chosen(runs::rename))),

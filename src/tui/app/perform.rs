@@ -134,7 +134,12 @@ impl App {
         let [is_schedule, is_task] = [matches!(command, Command::Epsilon(_)), matches!(command, Command::Task(_))];
         let is_training = matches!(command, Command::Train(_));
         let begins_hand_play = matches!(command, Command::Place(_)) && self.screens.scene.hand.is_none();
-        let report = self.workspace.apply(command)?;
+        let ViewModel { runs, settings, .. } = self.workspace.view();
+        let same = match &command {
+            Command::Train(train) => run_form::same(runs, settings, train.seeds.unwrap_or(1)),
+            _ => None,
+        };
+        let report = self.workspace.apply(command)? + &same.map_or_else(String::new, |same| format!("; {same}"));
         if !report.is_empty() {
             self.workspace.log(Level::Info, report.clone());
         }

@@ -1,6 +1,6 @@
 //! What the workbench remembers between sessions with one folder of runs.
 
-use std::path::{Path, absolute};
+use std::path::{Path, PathBuf, absolute};
 
 use serde::{Deserialize, Serialize};
 
@@ -8,9 +8,11 @@ use super::App;
 use crate::tui::actions::Tab;
 use crate::tui::input::fill;
 use crate::tui::layers::some_of;
+use crate::tui::screens::runs::Runs;
 use crate::tui::view::Level;
 use mge_base::atomic::{Format, Target};
 use mge_base::{bounded, json};
+use mge_run::{RunDirectory, RunState};
 use mge_task::shipped_name;
 use mge_trainer::non_default_settings;
 use mge_workbench::{Command, command};
@@ -25,21 +27,29 @@ const FORMAT: Format<'_> = Format { name: "a session's choices", is: &|found| js
 #[serde(default)]
 pub struct Remembered {
     screen: Tab,
+    /// The order of the list of runs, and its columns.
+    by_success: bool,
+    columns: Vec<String>,
     /// The name of the task, or its file; empty if it has none.
     task: String,
     /// Number of seeds of the training started last.
     seeds: u32,
     /// The method of the next run, and settings that are not its defaults.
     settings: Vec<(String, String)>,
-    /// The names of the runs that were being trained, or waited for it, when a signal ended the session.
-    cut_off: Vec<String>,
+    /// The folders of the runs that were being trained, or waited for it, when something else than its user ended the
+    /// session.
+    cut_off: Vec<PathBuf>,
 }
 
 impl Remembered {
-    /// Reads what was remembered in a folder of runs; nothing if there is no valid file. What was cut off is told once,
-    /// whatever ends the session that tells it.
+    /// Reads what was remembered in a folder of runs; nothing if there is no valid file. What was cut off, and is not being
+    /// trained by another program, is told once, whatever ends the session that tells it.
     pub fn load(folder: &Path) -> Option<Self> {
-        let remembered: Self = serde_json::from_str(&bounded::read_text(&folder.join(FILE)).ok()?).ok()?;
+        let mut remembered: Self = serde_json::from_str(&bounded::read_text(&folder.join(FILE)).ok()?).ok()?;
+        remembered.cut_off.retain(|run| {
+            let state = RunDirectory::open(run).and_then(|run| run.status()).map(|status| status.state);
+            !matches!(state, Err(_) | Ok(RunState::Running | RunState::Paused | RunState::Finished))
+        });
         if !remembered.cut_off.is_empty() {
             // If that fails, it is told again.
             let _ = Self { cut_off: Vec::new(), ..remembered.clone() }.save(folder);
@@ -68,14 +78,25 @@ impl App {
         settings.insert(0, ("method".to_owned(), view.settings.method.to_string()));
         let file = view.file.as_ref().map(|file| absolute(file).unwrap_or(file.clone()).display().to_string());
         let task = file.or_else(|| shipped_name(&view.task.name)).unwrap_or_default();
-        let cut_off = view.active_runs().filter(|_| !self.is_leaving()).map(|run| run.name.clone()).collect();
-        Remembered { screen: self.tab, task, seeds: self.seeds, settings, cut_off }
+        let cut_off = view.active_runs().filter(|_| !self.is_leaving()).filter_map(|run| absolute(&run.path).ok());
+        let cut_off = cut_off.collect();
+        let Runs { by_success, ref columns, .. } = self.screens.runs;
+        Remembered {
+            screen: self.tab,
+            by_success,
+            columns: columns.clone(),
+            task,
+            seeds: self.seeds,
+            settings,
+            cut_off,
+        }
     }
 
     /// Makes remembered choices again, that of the task unless the user named one. Those that are no longer possible
     /// are told.
     pub fn restore(&mut self, remembered: Remembered, keeps_task: bool) {
-        let Remembered { screen, task, seeds, settings, cut_off } = remembered;
+        let Remembered { screen, by_success, columns, task, seeds, settings, cut_off } = remembered;
+        (self.screens.runs.by_success, self.screens.runs.columns) = (by_success, columns);
         self.seeds = seeds.max(1);
         let task = Some(task).filter(|task| !keeps_task && !task.is_empty()).map(|task| command::Task(task).into());
         let settings = settings.into_iter().map(|(key, value)| match key.as_str() {
@@ -91,7 +112,7 @@ impl App {
         self.choose_subject(None, false);
         self.show(screen);
         if !cut_off.is_empty() {
-            let names = some_of(cut_off.into_iter());
+            let names = some_of(cut_off.iter().map(|run| RunDirectory::at(run).name()));
             let remedy = fill("{continue-run} on the Runs screen ({screen-runs}) continues a run");
             self.warn(Level::Warning, &format!("cut off when the last session ended: {names}; {remedy}"));
         }

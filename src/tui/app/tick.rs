@@ -21,13 +21,11 @@ const MIN_REDRAW_INTERVAL: Duration = Duration::from_millis(240);
 const MAX_SHOWN_PER_TICK: Duration = Duration::from_millis(100);
 
 impl App {
-    /// Advances time and polls the session.
-    pub fn tick(&mut self, elapsed: Duration) {
+    /// Advances time and polls the session. True if other runs than before are being trained or wait for it.
+    pub fn tick(&mut self, elapsed: Duration) -> bool {
         let lines = self.workspace.view().log_total;
         let is_changed = self.workspace.poll();
-        if is_changed {
-            self.announce_ends();
-        }
+        let are_others = self.announce_ends();
         self.show_news(is_changed, elapsed);
         let view = self.workspace.view();
         let fresh = &view.log[view.log.len() - view.log_total.saturating_sub(lines).min(view.log.len())..];
@@ -66,6 +64,7 @@ impl App {
         if self.tab == Tab::Figures {
             self.update_preview();
         }
+        are_others
     }
 
     /// Requests a redraw for changes of the session, at most once per `MIN_REDRAW_INTERVAL`.
@@ -78,8 +77,9 @@ impl App {
         }
     }
 
-    /// Announces runs of this session that were finished or have failed.
-    fn announce_ends(&mut self) {
+    /// Announces runs of this session that were finished or have failed. True if other ones are being trained or wait for
+    /// it than at the call before.
+    fn announce_ends(&mut self) -> bool {
         let view = self.workspace.view();
         let now = view.active_runs().map(|run| run.path.clone()).collect();
         let before = std::mem::replace(&mut self.training, now);
@@ -93,6 +93,7 @@ impl App {
         if !news.is_empty() {
             self.request = Some(TerminalRequest::Notify(news.join(", ")));
         }
+        self.training != before
     }
 
     /// Whether to request the visible curves again. This is not done at every tick: finding out which they are

@@ -10,7 +10,6 @@ use super::plot::{Curve, Plot};
 use crate::tui::widgets::columns;
 use crate::tui::widgets::theme::Theme;
 use mge_base::text::number;
-use mge_results::short_label;
 
 /// Least width of a name in columns; in a wide chart it has half of the width.
 const NAME: usize = 24;
@@ -45,8 +44,7 @@ fn entries(plot: &Plot, room: usize, area: Rect, most: usize, theme: &Theme) -> 
     let names: BTreeSet<&str> = plot.curves.iter().map(|curve| curve.name).collect();
     let text = |curve: &Curve| {
         // What sets the curves apart is kept.
-        let name = short_label(curve.name, &names, |name| columns::width(name) <= room);
-        let name = columns::shortened(&name, room, true);
+        let name = columns::shortened_label(curve.name, &names, room);
         let value = number(curve.value(plot.crosshair.map(|[x, _]| x)));
         // Below the title, a number alone looks like one of the axis.
         let is_below = columns::width(plot.title) + value.len() + 2 > usize::from(area.width);

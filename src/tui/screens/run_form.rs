@@ -114,7 +114,7 @@ fn chosen(before: &RunConfig, texts: &[&str], models: &[ModelSummary]) -> RunCon
 }
 
 /// That runs with the same settings and seeds exist, if so.
-fn same(runs: &[Arc<RunSummary>], settings: &RunConfig, seeds: u32) -> Option<String> {
+pub fn same(runs: &[Arc<RunSummary>], settings: &RunConfig, seeds: u32) -> Option<String> {
     let is_same = |run: &&Arc<RunSummary>| {
         let RunConfig { seed, method, episodes, .. } = *run.config;
         seed.checked_sub(settings.seed).is_some_and(|after| after < seeds.into())

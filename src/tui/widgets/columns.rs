@@ -1,7 +1,13 @@
 //! Text measured in screen columns: a wide character takes two.
 
+use std::collections::BTreeSet;
+
+use mge_results::short_label;
 use unicode_truncate::UnicodeTruncateStr;
 use unicode_width::UnicodeWidthStr;
+
+/// Least room of a task and method that are cut.
+const METHOD: usize = 8;
 
 /// Width of a text in columns.
 pub fn width(text: &str) -> usize {
@@ -41,6 +47,17 @@ pub fn shortened(text: &str, columns: usize, keep_end: bool) -> String {
     format!("{}..{}", split(text, room - kept).0, end(text, kept))
 }
 
+/// Shortens the label of a run or group, one of `all`, to `columns`: what most of them have is left out, then the method is
+/// cut rather than the settings after it.
+pub fn shortened_label(label: &str, all: &BTreeSet<&str>, columns: usize) -> String {
+    let label = short_label(label, all, |label| width(label) <= columns);
+    let (method, settings) = label.split_at(label.find(", ").unwrap_or(label.len()));
+    match columns.saturating_sub(width(settings)) {
+        room if room >= METHOD => shortened(method, room, true) + settings,
+        _ => shortened(&label, columns, true),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -63,5 +80,7 @@ mod tests {
         assert_eq!(shortened("task1-ddpg-seed0", 16, true), "task1-ddpg-seed0");
         assert_eq!(shortened("task1-ddpg-seed0", 10, true), "task..eed0");
         assert_eq!(shortened("linear:0.8:0:10", 10, false), "linear:0..");
+        let label = |columns| shortened_label("task3: adaptive DDPG-MGE, episodes 1200", &BTreeSet::new(), columns);
+        assert_eq!([label(34), label(20)], ["task3: ad..DDPG-MGE, episodes 1200", "task3: ad..odes 1200"]);
     }
 }

@@ -93,6 +93,12 @@ impl Curves {
         Some([(self.episodes[last] - self.episodes[first]) as f64, seconds]).filter(|_| first < last)
     }
 
+    /// The seconds from the end of the first episode until a number of actions.
+    pub(super) fn seconds_until(&self, actions: f32) -> Option<f64> {
+        let last = self.get(Metric::EnvironmentSteps).partition_point(|known| *known < actions);
+        Some(f64::from(self.seconds.get(last)? - self.seconds.first()?))
+    }
+
     /// The number of the last episode; 0 if there is none.
     pub fn last_episode(&self) -> usize {
         self.episodes.last().map_or(0, |episode| *episode as usize)

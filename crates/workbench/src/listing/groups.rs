@@ -255,7 +255,9 @@ impl Grouper {
         if is_new && let Some((_, Ok(grouping))) = self.loader.latest(|_| true) {
             self.known = grouping.clone();
         }
-        if self.stale && !self.loader.is_loading() && self.loader.is_rested(PAUSE, PAUSE_FACTOR) {
+        // Runs that have just been found are not listed one by one during the pause.
+        let is_due = runs.len() > self.known.known.rows.len() || self.loader.is_rested(PAUSE, PAUSE_FACTOR);
+        if self.stale && !self.loader.is_loading() && is_due {
             self.stale = false;
             let (runs, before) = (runs.to_vec(), self.known.clone());
             let key = key_of(&runs);

@@ -9,7 +9,7 @@ mod interventions;
 mod models;
 mod summary;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -78,7 +78,12 @@ impl Listing {
     /// Requests the curves of the runs in these folders.
     pub fn request_curves(&mut self, runs: Vec<PathBuf>, session: &Session) {
         let is_opened = |path: &PathBuf| session.runs().iter().any(|run| run.directory().path() == path);
-        self.histories.request(runs.into_iter().filter(|path| !is_opened(path)).collect());
+        let others = self.runs.iter().filter(|run| run.state == RunState::Running).flat_map(|run| self.others(run));
+        let mut wanted: Vec<PathBuf> = others.map(|run| run.path.clone()).collect();
+        wanted.extend(runs);
+        let mut known = HashSet::new();
+        wanted.retain(|path| !is_opened(path) && known.insert(path.clone()));
+        self.histories.request(wanted);
     }
 
     /// Takes over what was read, and reads on. True if something is new.
@@ -140,13 +145,17 @@ impl Listing {
         self.grouper.stale = true;
     }
 
-    /// Sets what the other runs tell of the speed of those being trained, which matters while these are young.
+    /// The runs that tell how long a run will take.
+    fn others(&self, run: &RunSummary) -> Vec<&RunSummary> {
+        comparable(&self.runs, &run.config.task.name, run.config.method, run.episodes())
+    }
+
+    /// Sets what the other runs tell of the speed of those being trained.
     fn expect(&mut self) {
         for index in 0..self.runs.len() {
             let run = &self.runs[index];
-            if run.is_young() {
-                let (task, method) = (&run.config.task.name, run.config.method);
-                let expected = cost::rest(run, &comparable(&self.runs, task, method, run.episodes()));
+            if run.state == RunState::Running {
+                let expected = cost::rest(run, &self.others(run));
                 Arc::make_mut(&mut self.runs[index]).expected = expected;
             }
         }
@@ -162,8 +171,9 @@ impl Listing {
     fn opened(&self, run: &RunView, mut curves: Arc<Curves>, session: &Session) -> RunSummary {
         let path = run.directory().path();
         let on_disk = self.folder_of(session).and_then(|folder| folder.run(path));
-        if let Some(known) = on_disk.filter(|_| run.unread) {
-            return RunSummary { opened: true, ..RunSummary::clone(known) };
+        let read = || on_disk.map(|known| RunSummary::clone(known)).or_else(|| read_run(path).ok()?);
+        if let Some(known) = run.unread.then(read).flatten() {
+            return RunSummary { opened: true, ..known };
         }
         let records = &run.history().records;
         if !curves.is_of(records) {

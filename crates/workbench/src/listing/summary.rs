@@ -126,15 +126,13 @@ impl RunSummary {
         self.curves.pace().filter(|rate| *rate > 0.0 && self.state == RunState::Running)
     }
 
-    /// Whether its own rate tells little about the rest: in its first two fifths, it becomes faster by learning.
-    pub(super) fn is_young(&self) -> bool {
-        self.state == RunState::Running && 5 * self.done < 2 * self.episodes()
-    }
-
-    /// Episodes a second of the rest: while it is young, as other runs tell, if any; else its rate. None before the
-    /// first episode, as it is not known how long the preparation takes.
+    /// Episodes a second of the rest: as other runs tell, and the more of its own rate the more of it is done. Without
+    /// others its rate, but not in the first two fifths, in which it becomes slower and faster by learning.
     pub fn pace(&self) -> Option<f64> {
-        self.expected.filter(|_| self.done > 0 && self.is_young()).map(|seconds| 1.0 / seconds).or_else(|| self.rate())
+        let share = self.done as f64 / self.episodes() as f64;
+        let told = self.expected.map(|seconds| 1.0 / seconds);
+        let own = self.rate().filter(|_| told.is_some() || share >= 0.4);
+        told.zip(own).map(|(told, own)| told.powf(1.0 - share) * own.powf(share)).or(told).or(own)
     }
 
     /// Seconds until the run is finished.

@@ -45,7 +45,8 @@ impl Session {
     pub(super) fn with_settings(&self) -> String {
         let mut set = non_default_settings(&self.setup.config);
         set.retain(|(key, _)| !["method", "seed"].contains(&&**key));
-        let set: Vec<String> = set.into_iter().map(|(key, value)| format!("{key} {value}")).collect();
+        let word = |key: String| if key == "prior" { "model".to_owned() } else { key };
+        let set: Vec<String> = set.into_iter().map(|(key, value)| format!("{} {value}", word(key))).collect();
         if set.is_empty() { String::new() } else { format!(", with {}", set.join(", ")) }
     }
 

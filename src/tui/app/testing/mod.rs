@@ -329,6 +329,7 @@ fn run(name: &str, state: RunState, done: u64) -> RunSummary {
     RunSummary {
         opened: true,
         active: state == RunState::Running,
+        expected: (state == RunState::Running).then_some(0.08),
         done,
         success: Some(done as f64 / 2000.0),
         curves: Arc::new(curves),

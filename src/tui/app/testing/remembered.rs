@@ -1,8 +1,10 @@
 //! What is remembered between sessions.
 
-use super::{app, empty, grouped, press, shot, text, typical};
+use super::{app, change_run, empty, grouped, press, shot, text, typical};
 use crate::tui::app::{App, Remembered};
 use crate::tui::view::{SessionWorkspace, ViewModel};
+use mge_run::{Event, RunDirectory, RunWriter};
+use mge_trainer::RunConfig;
 
 #[test]
 fn choices_are_made_again_in_the_next_session() {
@@ -12,7 +14,7 @@ fn choices_are_made_again_in_the_next_session() {
         ViewModel { settings, file: Some("/mine/puzzle.json".into()), ..grouped() }
     };
     let (mut first, _) = app(view());
-    press(&mut first, "5");
+    press(&mut first, "5 s | s e e d space d d p g . g a tab enter");
     first.seeds = 3;
     press(&mut first, ": b e l l enter");
     first.remembered().save(folder.path()).unwrap();
@@ -25,10 +27,22 @@ fn choices_are_made_again_in_the_next_session() {
     named.restore(Remembered::load(folder.path()).unwrap(), true);
     assert_eq!(*asked.borrow(), settings, "the user named another task");
     let screen = text(&shot(&mut second, 120, 40));
-    assert!(screen.contains("runs in runs"), "{screen}");
+    assert!(screen.contains("runs in runs · by success"), "{screen}");
+    let heading = screen.lines().find(|line| line.contains("state")).unwrap_or_default();
+    assert!(heading.contains("seed ddpg.gamma") && !heading.contains("episodes"), "the chosen columns: {screen}");
     let (mut cut_off, _) = app(view());
-    let (training, _) = app(typical());
+    let mut view_of_training = typical();
+    let config = RunConfig::new(view_of_training.task.clone());
+    let run = RunDirectory::create(folder.path().join("task1-ddpg-mge-seed0"), &config).unwrap();
+    let place = view_of_training.runs.iter().position(|run| run.active).unwrap();
+    change_run(&mut view_of_training, place, |known| known.path = run.path().to_owned());
+    let (training, _) = app(view_of_training);
     training.remembered().save(folder.path()).unwrap();
+    let mut elsewhere = RunWriter::open(&run, 0).unwrap();
+    elsewhere.record(&Event::Resumed { episode: 0 }).unwrap();
+    cut_off.restore(Remembered::load(folder.path()).unwrap(), true);
+    assert_eq!(cut_off.message(), "", "another program trains the run");
+    drop(elsewhere);
     cut_off.restore(Remembered::load(folder.path()).unwrap(), true);
     let expected = "cut off when the last session ended: task1-ddpg-mge-seed0; C on the Runs screen (5)";
     assert!(cut_off.message().contains(expected), "{}", cut_off.message());

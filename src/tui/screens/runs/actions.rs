@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use super::super::Ui;
 use super::bulk::on_each;
 use super::line::Line;
-use super::{Runs, filter, list};
+use super::{Runs, columns, filter, list};
 use crate::tui::actions::Tab;
 use crate::tui::effect::Effect;
-use crate::tui::layers::Form;
+use crate::tui::layers::{Form, Value};
 use crate::tui::view::{Level, RunSummary};
 use mge_base::text::counted;
 use mge_run::{Notes, RunDirectory};
@@ -143,6 +143,20 @@ pub fn edit_note(runs: &[&RunSummary], _: &Ui) -> Vec<Effect> {
 pub fn rename(runs: &[&RunSummary], _: &Ui) -> Vec<Effect> {
     let set = |folder, name| command::Rename { folder, name }.into();
     ask(runs, ["name of", "no text: that of its folder"], |run| &run.name, set)
+}
+
+/// Asks which columns are shown.
+pub fn ask_for_columns(state: &Runs) -> Vec<Effect> {
+    let completions = columns::known().map(|[name, about]| Value::new(name, about)).collect();
+    let read = |text: &str| {
+        let words = text.split_whitespace();
+        words.clone().try_for_each(|word| filter::check(columns::known().map(|[name, _]| name), word))?;
+        let chosen: Vec<String> = words.map(str::to_owned).collect();
+        Ok(Effect::call(|app| app.screens.runs.columns = chosen))
+    };
+    let hint = "columns and settings, such as success ddpg.gamma epsilon; nothing: those that fit";
+    let prompt = Form::prompt("show columns", hint, state.columns.join(" "), read);
+    vec![Effect::open(prompt.completing(completions))]
 }
 
 /// Asks which runs are listed, and lists them as one types.

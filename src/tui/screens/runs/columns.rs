@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::super::Ui;
+use super::filter;
 use super::line::Line;
 use crate::tui::view::{RunSummary, span};
 use crate::tui::widgets::columns::width;
@@ -15,6 +16,7 @@ use mge_run::Metric;
 type Cell = fn(&Line, &Ui, &str) -> Option<String>;
 
 /// A column.
+#[derive(Clone)]
 pub struct Column {
     /// Its name.
     pub heading: String,
@@ -47,10 +49,20 @@ const COMMON: [(&str, u16, Cell); 7] = [
     ("speed", 9, |line, _, _| speed(line)),
 ];
 
-/// The columns that fit into `room` and say something of some line: settings in which the runs differ, in at most half
-/// of it, then the others.
-pub fn fitting(lines: &[Line], room: u16, ui: &Ui) -> Vec<Column> {
+/// The columns that fit into `room`: the `chosen` ones, or those that say something of some line: settings in which the
+/// runs differ, in at most half of it, then the others.
+pub fn fitting(chosen: &[String], lines: &[Line], room: u16, ui: &Ui) -> Vec<Column> {
     let lines = &lines[..lines.len().min(JUDGED)];
+    let common = COMMON.map(|(heading, width, cell)| Column { heading: heading.into(), width, cell });
+    if !chosen.is_empty() {
+        let column = |name: &String| {
+            let common = common.iter().find(|column| column.heading.replace(' ', "-") == *name);
+            common.cloned().unwrap_or_else(|| of_setting(name, lines, ui))
+        };
+        let mut left = room;
+        let fits = |column: &Column| left.checked_sub(column.width + 1).inspect(|rest| left = *rest).is_some();
+        return chosen.iter().map(column).take_while(fits).collect();
+    }
     let fitting = |columns: Vec<Column>, room: &mut u16| -> Vec<Column> {
         let fits = |column: &Column| {
             let is_told = |line: &Line| (column.cell)(line, ui, &column.heading).is_some();
@@ -60,7 +72,7 @@ pub fn fitting(lines: &[Line], room: u16, ui: &Ui) -> Vec<Column> {
         };
         columns.into_iter().filter(fits).collect()
     };
-    let [success, others @ ..] = COMMON.map(|(heading, width, cell)| Column { heading: heading.into(), width, cell });
+    let [success, others @ ..] = common;
     let room = room.saturating_sub(success.width + 1);
     let mut half = room / 2;
     let settings = fitting(settings(lines, ui), &mut half);
@@ -82,20 +94,28 @@ fn settings(lines: &[Line], ui: &Ui) -> Vec<Column> {
     paths.extend(["epsilon", "method"]);
     paths.remove("episodes");
     let varies = |path: &&str| lines.iter().any(|line| setting(line, ui, path) != setting(&lines[0], ui, path));
-    let column = |path: &str| {
-        let values = lines.iter().filter_map(|line| setting(line, ui, path)).map(|value| width(&value));
-        Column { heading: path.into(), width: values.fold(path.len().max(8), usize::max).min(16) as u16, cell: setting }
-    };
-    paths.into_iter().filter(varies).map(column).collect()
+    paths.into_iter().filter(varies).map(|path| of_setting(path, lines, ui)).collect()
+}
+
+/// The column of a setting, or of what else the filter knows.
+fn of_setting(path: &str, lines: &[Line], ui: &Ui) -> Column {
+    let values = lines.iter().filter_map(|line| setting(line, ui, path)).map(|value| width(&value));
+    Column { heading: path.into(), width: values.fold(path.len().max(8), usize::max).min(16) as u16, cell: setting }
+}
+
+/// The columns that can be chosen, each by one word, and what they are.
+pub fn known() -> impl Iterator<Item = [&'static str; 2]> + Clone {
+    let times = [["time-left", "time until it is finished"], ["start", "when it began"]];
+    filter::known().map(|[name, _, about]| [name, about]).chain(times)
 }
 
 /// The value of a setting, unless the method does not use it.
 fn setting(line: &Line, ui: &Ui, path: &str) -> Option<String> {
     let run = line.foremost();
     match path {
-        "method" => Some(run.config.method.name().to_owned()),
         "epsilon" if run.config.method.uses(path) => Some(run.config.epsilon.describe()),
-        _ => ui.view.groups.setting(run, path).map(|value| printable(&json::text(value)).into_owned()),
+        "seed" | "name" | "folder" | "note" if line.is_group() => None,
+        _ => filter::value(run, path, ui).map(|value| printable(&json::text(&value)).into_owned()),
     }
 }
 

@@ -57,23 +57,23 @@ const COLUMNS: [Column; 15] = [
     ("speed", ">", "episodes a second", |run, _| Some(run.speed()?.into())),
 ];
 
-/// The names of all columns and settings.
-fn known() -> impl Iterator<Item = &'static str> {
-    COLUMNS.iter().map(|(name, ..)| *name).chain(SETTINGS.iter().map(String::as_str))
+/// The names of all columns and settings, with a sign that follows in a condition, and what they are.
+pub fn known() -> impl Iterator<Item = [&'static str; 3]> + Clone {
+    let settings = SETTINGS.iter().map(|key| {
+        let about = settings().find(|(known, _)| known == key).map_or("", |(_, setting)| setting.about);
+        [key, "=", about]
+    });
+    COLUMNS.iter().map(|(name, sign, about, _)| [*name, *sign, *about]).chain(settings)
 }
 
 /// The beginnings of conditions on columns, those on columns with few texts, and those on settings.
 pub fn completions(ui: &Ui) -> Vec<Completion> {
-    let columns = COLUMNS.iter().map(|(name, sign, about, _)| Completion::new(format!("{name}{sign}"), *about));
+    let conditions = known().map(|[name, sign, about]| Completion::new(format!("{name}{sign}"), about));
     let texts = COLUMNS[..3].iter().flat_map(|(name, sign, _, value)| {
         let texts = ui.view.runs.iter().filter_map(|run| Some(json::text(&value(run, ui)?)));
         texts.collect::<BTreeSet<_>>().into_iter().map(move |text| Completion::new(format!("{name}{sign}{text}"), ""))
     });
-    let settings = SETTINGS.iter().map(|key| {
-        let about = settings().find(|(known, _)| known == key).map_or("", |(_, setting)| setting.about);
-        Completion::new(format!("{key}="), about)
-    });
-    columns.chain(texts).chain(settings).collect()
+    conditions.chain(texts).collect()
 }
 
 impl Filter {
@@ -93,7 +93,8 @@ impl Filter {
     pub fn begun(text: &str, lines: &[String]) -> Result<Self, String> {
         let (before, last) = text.rsplit_once(' ').unwrap_or(("", text));
         let last = last.to_lowercase();
-        let begins = || known().any(|known| known.starts_with(&last)) && !lines.iter().any(|line| line.contains(&last));
+        let begins =
+            || known().any(|[name, ..]| name.starts_with(&last)) && !lines.iter().any(|line| line.contains(&last));
         Self::parse(if term(&last).is_err() || begins() { before } else { text })
     }
 
@@ -130,11 +131,7 @@ fn term(word: &str) -> Result<Term, String> {
         let read = Regex::new(&format!("(?i){word}")).map(Term::Word);
         return read.map_err(|_| format!("`{word}` is not a regular expression"));
     };
-    if !known().any(|known| known == column) {
-        let near = did_you_mean(known(), column);
-        let hint = if near.is_empty() { format!(": {}", COLUMNS.map(|(name, ..)| name).join(", ")) } else { near };
-        return Err(format!("`{column}` is no column or setting{hint}"));
-    }
+    check(known().map(|[name, ..]| name), column)?;
     // The list shows success in percent.
     let percent = value.strip_suffix('%');
     let number = percent.unwrap_or(value).parse::<f64>().ok().filter(|number| number.is_finite());
@@ -151,6 +148,16 @@ fn term(word: &str) -> Result<Term, String> {
     }
 }
 
+/// Fails if a name is not one of those that are known.
+pub fn check(names: impl Iterator<Item = &'static str> + Clone, column: &str) -> Result<(), String> {
+    if names.clone().any(|known| known == column) {
+        return Ok(());
+    }
+    let near = did_you_mean(names, column);
+    let hint = if near.is_empty() { format!(": {}", COLUMNS.map(|(name, ..)| name).join(", ")) } else { near };
+    Err(format!("`{column}` is no column or setting{hint}"))
+}
+
 /// The text in which words are searched.
 pub fn line(run: &RunSummary) -> String {
     let (task, method, seed) = (&run.config.task.name, run.config.method.name(), run.config.seed);
@@ -158,7 +165,7 @@ pub fn line(run: &RunSummary) -> String {
 }
 
 /// The value of a column or setting of a run.
-fn value(run: &RunSummary, column: &str, ui: &Ui) -> Option<Json> {
+pub fn value(run: &RunSummary, column: &str, ui: &Ui) -> Option<Json> {
     match COLUMNS.iter().find(|(name, ..)| *name == column) {
         Some((.., value)) => value(run, ui),
         None => ui.view.groups.setting(run, column).cloned(),

@@ -7,9 +7,8 @@ use ratatui::style::Style;
 
 use super::super::status::state_colour;
 use crate::tui::view::{RunGroup, RunSummary, scores_of};
-use crate::tui::widgets::columns::{shortened, width};
+use crate::tui::widgets::columns::shortened_label;
 use crate::tui::widgets::theme::Theme;
-use mge_results::short_label;
 use mge_run::RunState;
 use mge_stats::aggregate::iqm;
 
@@ -58,10 +57,12 @@ impl<'a> Line<'a> {
         }
     }
 
-    pub fn name(&self) -> String {
+    /// The name that the user gave the run, or its folder; of a group also the task, if there are several.
+    pub fn name(&self, several_tasks: bool) -> String {
         match self {
             Self::Run(run, _) => run.name.clone(),
-            Self::Group(group, ..) => format!("{}: {}", group.task, group.name),
+            Self::Group(group, ..) if several_tasks => format!("{}: {}", group.task, group.name),
+            Self::Group(group, ..) => group.name.clone(),
         }
     }
 
@@ -75,19 +76,21 @@ impl<'a> Line<'a> {
                 let changed = if changed > 0 { " (changed)" } else { "" };
                 let place = if elsewhere > 0 { " (elsewhere)" } else { "" };
                 let seed = run.given_name().filter(|_| *is_below).map(|_| format!(", seed {}", run.config.seed));
-                let name = format!("{}{}", run.name, seed.unwrap_or_default());
+                let name = self.name(several_tasks) + &seed.unwrap_or_default();
                 (if *is_below { "  " } else { "" }, name, [changed, place].concat())
             }
-            Self::Group(group, runs, _) => {
-                let label = if several_tasks { self.name() } else { group.name.clone() };
-                let some = |count, word| if count > 0 { format!(", {count} {word}") } else { String::new() };
+            Self::Group(_, runs, _) => {
+                let some = |count, word| match count {
+                    0 => String::new(),
+                    all if all == runs.len() => format!(", {word}"),
+                    _ => format!(", {count} {word}"),
+                };
                 let some = some(changed, "changed") + &some(elsewhere, "elsewhere");
-                ("", label, format!(" ({}{some})", runs.len()))
+                ("", self.name(several_tasks), format!(" ({}{some})", runs.len()))
             }
         };
         let room = columns.saturating_sub(before.len() + after.len());
-        let name = short_label(&name, labels, |name| width(name) <= room);
-        format!("{before}{}{after}", shortened(&name, room, true))
+        format!("{before}{}{after}", shortened_label(&name, labels, room))
     }
 
     /// Episodes done and episodes in all.
@@ -109,9 +112,12 @@ impl<'a> Line<'a> {
         self.together(RunSummary::rate)
     }
 
+    /// The sum over its runs that are being trained; those of which it is not known yet count as the others do.
     fn together(&self, speed: fn(&RunSummary) -> Option<f64>) -> Option<f64> {
         let running = self.runs().into_iter().filter(|run| run.state == RunState::Running);
-        running.map(speed).reduce(|one, other| Some(one? + other?))?
+        let speeds: Vec<Option<f64>> = running.map(speed).collect();
+        let known = speeds.iter().flatten().count();
+        (known > 0).then(|| speeds.iter().flatten().sum::<f64>() * speeds.len() as f64 / known as f64)
     }
 
     /// Seconds until all its runs that are being trained or wait for it are finished, at the pace of the former together.
@@ -129,7 +135,10 @@ impl<'a> Line<'a> {
             return (run.state_word().to_owned(), style(run));
         }
         let first = self.foremost();
-        let count = runs.iter().filter(|run| run.state_word() == first.state_word()).count();
+        let mut count = runs.iter().filter(|run| run.state_word() == first.state_word()).count().to_string();
+        if runs.iter().any(|run| run.state == RunState::Paused) && first.state == RunState::Running {
+            count += &format!(" of {}", runs.len());
+        }
         (format!("{count} {}", first.state_word()), style(first))
     }
 }

@@ -82,15 +82,16 @@ pub fn draw(
     let theme = ui.theme;
     let [header, rows] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(area);
     let several_tasks = ui.view.runs.iter().any(|run| run.config.task.name != ui.view.runs[0].config.task.name);
-    let labels: BTreeSet<&str> =
-        ui.view.runs.iter().filter_map(|run| Some(&*ui.view.groups.of(&run.path)?.name)).collect();
+    let labels: Vec<String> = lines.iter().map(|line| line.name(several_tasks)).collect();
+    let labels: BTreeSet<&str> = labels.iter().map(String::as_str).collect();
     let named = lines.iter().take(columns::JUDGED).map(|line| line.named(usize::from(NAME[1]), several_tasks, &labels));
     let states = lines.iter().take(columns::JUDGED).map(|line| width(&line.state(theme).0) as u16);
     let state_width = states.max().unwrap_or(0).clamp(STATE[0], STATE[1]);
-    // Names that set the lines apart come before all columns but the first ones.
-    let most = area.width.saturating_sub(MARK + state_width + columns::FIRST + 3).max(NAME[0]);
+    // Names that set the lines apart come before all columns but the first ones, or those that were chosen.
+    let first = if state.columns.is_empty() { columns::FIRST } else { area.width };
+    let most = area.width.saturating_sub(MARK + state_width + first + 3).max(NAME[0]);
     let least = named.map(|name| width(&name) as u16).max().unwrap_or(0).clamp(NAME[0], most);
-    let shown = columns::fitting(lines, area.width.saturating_sub(MARK + state_width + least + 3), ui);
+    let shown = columns::fitting(&state.columns, lines, area.width.saturating_sub(MARK + state_width + least + 3), ui);
     let taken: u16 = MARK + state_width + 3 + shown.iter().map(|column| column.width + 1).sum::<u16>();
     let name = area.width.saturating_sub(taken).min(NAME[1]);
     let widths: Vec<Constraint> = [MARK, name, state_width]

@@ -22,7 +22,9 @@ use ratatui::widgets::Widget;
 use super::pane::{self, hint, pane};
 use super::{HitRegions, Ui};
 use crate::tui::view::{RunGroup, RunSummary, ViewModel, scores_of};
-pub use actions::{SINGLE, ask_for_filter, compare, edit_note, evaluate, fold, fork, mark, on_line, rename, watch};
+pub use actions::{
+    SINGLE, ask_for_columns, ask_for_filter, compare, edit_note, evaluate, fold, fork, mark, on_line, rename, watch,
+};
 pub use bulk::{delete, go_on, pause, stop};
 use filter::Filter;
 use line::{Line, LineKey};
@@ -41,6 +43,8 @@ pub struct Runs {
     filter: Filter,
     /// The highest success comes first, not the latest run.
     pub by_success: bool,
+    /// The columns that are shown; those that fit if it is empty.
+    pub columns: Vec<String>,
     /// The preview leaves out the curves.
     pub whole: bool,
     /// Runs whose group is shown with its runs one by one.
@@ -142,7 +146,7 @@ pub fn draw(state: &Runs, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mu
     // Details in the preview beside the list are not repeated below it.
     let mut details = lines.get(selected).map_or_else(String::new, |line| about(line, ui));
     if let Some(line) = lines.get(selected).filter(|_| area.width >= BESIDE) {
-        let share = Constraint::Percentage(58);
+        let share = Constraint::Percentage(62);
         let [left, right] = Layout::horizontal([share, Constraint::Fill(1)]).areas(area);
         preview::draw(ui, line, &details, state.whole, right, buffer);
         details.clear();
@@ -260,7 +264,13 @@ fn about_group(group: &RunGroup, runs: &[&RunSummary], hidden: usize) -> String 
         if success.has_interval() {
             text = format!("{text} (interquartile mean, 95 % interval {lower:.0} to {upper:.0} %)");
         }
-        if runs.iter().any(|run| run.done != runs[0].done) {
+        let furthest = runs.iter().map(|run| run.done).max();
+        let ended: Vec<bool> =
+            runs.iter().filter(|run| Some(run.done) != furthest).map(|run| run.is_solved()).collect();
+        if ended.contains(&true) {
+            text += "; those that their success ended keep their last value";
+        }
+        if ended.contains(&false) {
             text += "; the curves go on with the runs that have got so far";
         }
     }

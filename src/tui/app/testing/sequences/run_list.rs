@@ -51,6 +51,10 @@ fn a_group_whose_runs_all_wait_is_queued() {
     press(&mut app, "5");
     let screen = text(&shot(&mut app, 120, 40));
     assert!(screen.contains("3 queued"), "{screen}");
+    let mut view = grouped();
+    change_run(&mut view, 3, |run| (run.state, run.active) = (RunState::Running, true));
+    change_run(&mut view, 4, |run| (run.state, run.active) = (RunState::Paused, true));
+    check(view, "5", &[], "1 of 3 running");
 }
 
 #[test]
@@ -133,6 +137,8 @@ fn a_renamed_run_is_found_by_its_folder_which_its_card_names() {
     change_run(&mut view, 4, |run| run.name = "best".into());
     change_run(&mut view, 4, |run| run.elsewhere = true);
     check(view.clone(), "5", &[], "DDPG (3, 1 elsewhere)");
+    (3..6).for_each(|place| change_run(&mut view, place, |run| run.elsewhere = true));
+    check(view.clone(), "5", &[], "DDPG (3, elsewhere)");
     check(view, "5 / n a m e = b e s t enter", &[], "best (elsewhere)");
 }
 
@@ -201,7 +207,7 @@ fn a_run_with_a_changed_epsilon_is_told_from_the_others_of_its_group() {
     change_run(&mut view, 4, |run| run.changed = Some("episode 20: epsilon is now 0.1".into()));
     view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default()));
     check(view.clone(), "5", &[], "(3, 1 changed)");
-    check(view.clone(), "5", &[], ", changed: plain-1");
+    check(view.clone(), "5", &[], "seeds 0, 1, 2, changed:");
     check(view.clone(), "5 tab", &[], "plain-1 (changed)");
     check(view.clone(), "5 tab down down", &[], "epsilon is now 0.1");
     check(view, "5", &[], "(3 seeds, 1 changed)");

@@ -21,7 +21,7 @@ fn each_setting_of_a_run_is_listed_once() {
     let mut view = ViewModel { runs: vec![run("a", 1000, 0.9), run("b", 3000, 0.5)], ..empty() };
     view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default()));
     change_run(&mut view, 0, |run| run.state = RunState::Running);
-    change_run(&mut view, 0, |run| run.curves = typical().runs[1].curves.clone());
+    change_run(&mut view, 0, |run| run.expected = Some(0.1));
     let screen = preview(view);
     assert!(screen.contains("ddpg.gamma 0.5"), "{screen}");
     let heading = screen.lines().find(|line| line.contains("ddpg.gamma success")).unwrap_or_default();

@@ -92,7 +92,7 @@ fn actions_apply_to_all_marked_runs_after_one_question() {
 
 #[test]
 fn runs_that_differ_in_the_seed_only_are_one_line_that_unfolds() {
-    check(grouped(), "5 down", &[], "DDPG-MGE, eps..n 0.8 to 0.05 (3) ");
+    check(grouped(), "5 down", &[], "DDPG-MGE, epsilon 0.8 to 0.05 (3) ");
     check(grouped(), "5", &[], "3 finished");
     check(grouped(), "5 down tab", &[], "guided-1");
     check(grouped(), "5 tab down down tab enter", &["open runs/plain-0"], "3 finished");

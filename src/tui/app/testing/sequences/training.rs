@@ -326,5 +326,10 @@ fn the_run_dialog_estimates_the_cost_from_the_latest_runs() {
     check(known(1000), "t down ctrl-u 1 0 0", &[], "1 x 100 episodes: about 500 charged actions, 50 s of");
     check(known(900), "t", &[], "no run has got far enough");
     check(known(2000), "t down down ctrl-u 2", &[], "2 x 2000 episodes: about 20000 charged actions, 33:20");
-    check(known(2000), "t left", &[], "run of other methods)");
+    check(known(2000), "t right", &[], "run of other methods)");
+    // Their model and clusters take time and actions, which other methods do not need.
+    check(known(2000), "t left", &[], "no run has got far enough to tell");
+    let view = grouped();
+    let train = [": t r a i n space s e e d s space 2 enter"].concat();
+    check(view, &train, &["train seeds 2"], "there are runs with these settings and seeds: guided-0, guided-1");
 }
