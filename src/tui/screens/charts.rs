@@ -167,8 +167,10 @@ impl<'a> Charts<'a> {
         let window = self.state.range.window(episodes(&self.shown));
         let x = match (axis, self.state.range) {
             (XAxis::Episodes, _) => window,
-            (_, Range::Whole) => Range::Whole
-                .window(axes.iter().filter_map(|of| of.positions.last()).max().map_or(0, |last| *last as usize)),
+            (_, Range::Whole) => {
+                let last = axes.iter().filter_map(|of| of.positions.last()).max().map_or(0, |last| *last);
+                Window { from: 0.0, to: last.max(10) as f32 }
+            }
             _ => Window { from: self.x_of(window.from), to: self.x_of(window.to) },
         };
         let has_groups = self.shown.iter().any(|shown| matches!(shown, Shown::Group(..)));

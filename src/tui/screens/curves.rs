@@ -5,6 +5,7 @@ use educe::Educe;
 use crate::tui::chart::Range;
 use crate::tui::view::XAxis;
 use mge_run::Metric;
+use mge_stats::rolling::WINDOW;
 
 /// State of the curves.
 #[derive(Debug, Educe)]
@@ -49,10 +50,11 @@ impl CurvesState {
 
     /// What the selected curve means, in one line.
     pub(super) fn explanation(&self) -> String {
+        if self.selected == Metric::Success {
+            return format!("Share of the last {WINDOW} episodes that reached the goal; greedy: ● all, ○ none");
+        }
         let meaning = self.selected.info().meaning.trim();
-        let first = meaning.split_inclusive(". ").next().unwrap_or_default().trim();
-        let marks = " greedy: ● all attempts did, ◐ some, ○ none";
-        first.to_owned() + if self.selected == Metric::Success { marks } else { "" }
+        meaning.split_inclusive(". ").next().unwrap_or_default().trim().to_owned()
     }
 
     /// Selects the curve that is `by` after the selected one.
