@@ -1,10 +1,11 @@
 //! Figures drawn in cells, at the size of the pane, for terminals that show no pictures.
 
 use ratatui::buffer::Buffer;
-use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::layout::Rect;
 
 use crate::tui::chart::{Curve, Plot, Scale, Window, draw as draw_chart};
 use crate::tui::scene::task_picture;
+use crate::tui::widgets::layout::grid;
 use crate::tui::widgets::preview::PreviewRequest;
 use crate::tui::widgets::theme::Theme;
 use mge_figures::{Figure, LearningCurves};
@@ -26,11 +27,8 @@ pub fn in_cells(wanted: &PreviewRequest, figure: &dyn Figure, area: Rect, theme:
 fn curves(figure: &LearningCurves, area: Rect, theme: &Theme, buffer: &mut Buffer) {
     let columns = usize::from(area.width / PANEL).clamp(1, figure.panels.len().max(1));
     let rows = figure.panels.len().div_ceil(columns);
-    let rows = Layout::vertical(vec![Constraint::Fill(1); rows]).split(area);
-    let places =
-        rows.iter().flat_map(|row| Layout::horizontal(vec![Constraint::Fill(1); columns]).split(*row).to_vec());
     let (entries, has_bands) = figure.entries();
-    for (panel, place) in figure.panels.iter().zip(places) {
+    for (panel, place) in figure.panels.iter().zip(grid(area, columns, rows)) {
         let [low, high] = figure.style.y.unwrap_or([0.0, 100.0]);
         let percent = |values: &Vec<f64>| -> Vec<f32> {
             let visible = |value: f64| if (low..=high).contains(&value) { value as f32 } else { f32::NAN };

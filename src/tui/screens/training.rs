@@ -18,7 +18,7 @@ use super::{HitRegions, Screens, Ui};
 use crate::tui::effect::Effect;
 use crate::tui::view::{Choice, RunSummary, span};
 use crate::tui::widgets::columns::{fitting, shortened};
-use crate::tui::widgets::layout::WIDE;
+use crate::tui::widgets::layout::{WIDE, grid};
 use mge_base::text::{counted, printable};
 use mge_run::Metric;
 
@@ -106,10 +106,8 @@ pub fn stack(
     regions: &mut HitRegions,
 ) {
     let charts = Charts::new(curves, shown(curves, runs, ui), ui);
-    let height = Constraint::Length(area.height / metrics.len() as u16);
-    let heights = metrics.iter().skip(1).map(|_| height).chain([Constraint::Fill(1)]);
-    for (metric, row) in metrics.iter().zip(Layout::vertical(heights).split(area).iter()) {
-        charts.draw(*metric, Rect { x: row.x + 1, width: row.width - 1, ..*row }, buffer, regions);
+    for (metric, row) in metrics.iter().zip(grid(area, 1, metrics.len())) {
+        charts.draw(*metric, Rect { x: row.x + 1, width: row.width - 1, ..row }, buffer, regions);
     }
 }
 
@@ -179,18 +177,11 @@ fn places(area: Rect, selected: Metric, is_varying: impl Fn(&Metric) -> bool) ->
     let rows = ((area.height - large) / SMALL[0]).min(all_rows);
     let large = if rows == 0 { area.height } else { large };
     let [above, below] = Layout::vertical([Constraint::Length(large), Constraint::Fill(1)]).areas(area);
-    let halves = [Constraint::Fill(1), Constraint::Fill(1)];
-    let halves: [Rect; 2] =
-        if side_by_side { Layout::horizontal(halves).areas(above) } else { Layout::vertical(halves).areas(above) };
+    let halves = if side_by_side { grid(above, 2, 1) } else { grid(above, 1, 2) };
     let mut all: Vec<(Metric, Rect)> = LARGE.into_iter().zip(halves).collect();
     let page = usize::from(columns * rows).max(1);
     let first = others.iter().position(|metric| *metric == selected).unwrap_or(0) / page * page;
-    let shown = others.iter().skip(first).take(usize::from(columns * rows));
-    let (width, height) = (below.width / columns, below.height / rows.max(1));
-    all.extend((0..).zip(shown).map(|(index, metric)| {
-        let [x, y] = [below.x + index % columns * width, below.y + index / columns * height];
-        (*metric, Rect { x, y, width, height })
-    }));
+    all.extend(others.into_iter().skip(first).zip(grid(below, columns.into(), rows.into())));
     all
 }
 
@@ -221,25 +212,22 @@ fn differences(pair: [&RunSummary; 2], page: usize, area: Rect, ui: &Ui, buffer:
     let mut all = mge_results::differences(&pair[0].config, &pair[1].config);
     // What matters most comes first.
     all.sort_by_key(|(path, _)| ["task.name", "method"].iter().position(|first| first == path).unwrap_or(usize::MAX));
-    let most = usize::from(area.height / 3).max(3) - 1;
-    let room = if all.len() > most { most - 1 } else { most };
+    let room = usize::from(area.height / 3).max(3) - 1;
     let (count, pages) = (all.len(), all.len().div_ceil(room).max(1));
     let first = page % pages * room;
-    let head = [String::new(), pair[0].name.clone(), pair[1].name.clone()];
-    let mut rows = vec![head];
+    let shown = match (count, pages) {
+        (0, _) => "no setting differs".to_owned(),
+        (_, 1) => String::new(),
+        _ => ui.text(&format!("{} to {} of {count}: {{more-differences}}", first + 1, count.min(first + room))),
+    };
+    let mut rows = vec![[shown, pair[0].name.clone(), pair[1].name.clone()]];
     rows.extend(all.into_iter().skip(first).take(room).map(|(path, values)| {
         let [first, second] = values.map(|value| printable(&value).to_string());
         [path, first, second]
     }));
-    if pages > 1 {
-        let shown = ui.text(&format!("{} to {} of {count}: {{more-differences}}", first + 1, first + rows.len() - 1));
-        // Below a short last page there is room.
-        rows.resize(room + 1, Default::default());
-        rows.push([shown, String::new(), String::new()]);
-    } else if rows.len() == 1 {
-        rows.push(["no setting differs".to_owned(), String::new(), String::new()]);
-    }
-    let [charts, below] = Layout::vertical([Constraint::Fill(1), Constraint::Length(rows.len() as u16)]).areas(area);
+    // A short last page leaves its room.
+    let [charts, below] =
+        Layout::vertical([Constraint::Fill(1), Constraint::Length(count.min(room) as u16 + 1)]).areas(area);
     let colours = charts::colours(&pair.map(|run| Shown::run(run, ui.view)), ui.theme);
     let styles = [ui.theme.faint(), Style::new().fg(colours[0]), Style::new().fg(colours[1])];
     let width = usize::from(below.width / 3).saturating_sub(1);

@@ -13,6 +13,13 @@ pub fn centred(width: u16, height: u16, within: Rect) -> Rect {
     Rect { x, y, width, height }
 }
 
+/// Boxes of one size in rows and columns.
+pub fn grid(area: Rect, columns: usize, rows: usize) -> Vec<Rect> {
+    let parts = |count: usize| vec![Constraint::Fill(1); count];
+    let rows = Layout::vertical(parts(rows)).split(area);
+    rows.iter().flat_map(|row| Layout::horizontal(parts(columns)).split(*row).to_vec()).collect()
+}
+
 /// The area between tabs and a line for messages above the footer.
 pub fn body(area: Rect) -> Rect {
     Rect { y: area.y + 1, height: area.height - 3, ..area }

@@ -59,13 +59,13 @@ fn differences_of_two_runs_take_a_third_of_the_screen_and_are_shortened() {
     });
     let (mut app, _) = app(view);
     press(&mut app, "5 space down down space V");
-    // Six settings differ, and there are five rows with the names of the runs and the count of the others.
+    // Six settings differ, and there are five rows with the names of the runs.
     let screen = text(&shot(&mut app, 60, 20));
-    assert!(screen.contains("fork.changes") && screen.contains("1 to 3 of 6: +"), "{screen}");
-    assert!(!screen.contains("fork.episode") && screen.contains("..tau=0.01"), "{screen}");
+    assert!(screen.contains("fork.changes") && screen.contains("1 to 4 of 6: +"), "{screen}");
+    assert!(!screen.contains("fork.run") && screen.contains("..tau=0.01"), "{screen}");
     press(&mut app, "+");
     let others = text(&shot(&mut app, 60, 20));
-    assert!(others.contains("4 to 6 of 6") && others.contains("fork.episode"), "{others}");
+    assert!(others.contains("5 to 6 of 6") && others.contains("fork.run"), "{others}");
     press(&mut app, "+");
     assert_eq!(text(&shot(&mut app, 60, 20)), screen, "after the last page comes the first");
     press(&mut app, "+ esc + + 5 V");
