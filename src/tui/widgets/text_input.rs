@@ -1,90 +1,61 @@
 //! One line of editable text.
 
-use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-
-use super::columns;
+use crossterm::event::{Event, KeyCode, KeyEvent, KeyModifiers};
+use tui_input::backend::crossterm::to_input_request;
+use tui_input::{Input, InputRequest};
 
 /// A line of text with a cursor.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct TextInput {
-    text: String,
-    /// Byte offset, always at a character boundary.
-    cursor: usize,
-}
+#[derive(Debug, Clone, Default)]
+pub struct TextInput(Input);
 
 impl TextInput {
     /// A line with an initial text and the cursor at its end.
     pub fn new(text: impl Into<String>) -> Self {
-        let text = text.into();
-        Self { cursor: text.len(), text }
+        Self(Input::new(text.into()))
     }
 
     /// The text.
     pub fn text(&self) -> &str {
-        &self.text
+        self.0.value()
     }
 
     /// The text before the cursor.
     pub fn before_cursor(&self) -> &str {
-        &self.text[..self.cursor]
+        let after = self.text().char_indices().nth(self.0.cursor());
+        after.map_or(self.text(), |(at, _)| &self.text()[..at])
     }
 
     /// Replaces the text between a byte offset and the cursor.
     pub fn replace_from(&mut self, from: usize, text: &str) {
-        self.text.replace_range(from..self.cursor, text);
-        self.cursor = from + text.len();
+        let (before, after) = self.text().split_at(self.before_cursor().len());
+        let before = before[..from].to_owned() + text;
+        self.0 = Input::new(before.clone() + after).with_cursor(before.chars().count());
     }
 
     /// Number of columns before the cursor.
     pub fn cursor_column(&self) -> u16 {
-        columns::width(self.before_cursor()) as u16
+        self.0.visual_cursor() as u16
     }
 
     /// Inserts text at the cursor; line ends and other control characters become spaces.
     pub fn insert(&mut self, text: &str) {
-        for c in text.chars() {
-            let c = if c.is_control() { ' ' } else { c };
-            self.text.insert(self.cursor, c);
-            self.cursor += c.len_utf8();
-        }
+        self.replace_from(self.before_cursor().len(), &text.replace(char::is_control, " "));
     }
 
     /// Handles a key; false if it is not an editing key.
-    pub fn key(&mut self, key: KeyEvent) -> bool {
-        let control = key.modifiers.contains(KeyModifiers::CONTROL);
-        match key.code {
-            KeyCode::Char('a') if control => self.cursor = 0,
-            KeyCode::Char('e') if control => self.cursor = self.text.len(),
-            KeyCode::Char('u') if control => _ = self.text.drain(..std::mem::take(&mut self.cursor)),
-            KeyCode::Char('w') if control => self.delete_word(),
-            KeyCode::Char(_) if control || key.modifiers.contains(KeyModifiers::ALT) => return false,
-            KeyCode::Char(c) => self.insert(c.encode_utf8(&mut [0; 4])),
-            KeyCode::Backspace => {
-                if let Some(previous) = self.previous() {
-                    self.text.remove(previous);
-                    self.cursor = previous;
-                }
+    pub fn key(&mut self, mut key: KeyEvent) -> bool {
+        // Characters have it in them, and it does nothing for other keys.
+        key.modifiers.remove(KeyModifiers::SHIFT);
+        let request = match key.code {
+            KeyCode::Char('u') if key.modifiers == KeyModifiers::CONTROL => Some(InputRequest::DeleteFromStart),
+            // Words end at spaces, as in a shell.
+            KeyCode::Char('w') if key.modifiers == KeyModifiers::CONTROL => {
+                self.replace_from(self.before_cursor().trim_end().rfind(' ').map_or(0, |at| at + 1), "");
+                return true;
             }
-            KeyCode::Delete if self.cursor < self.text.len() => _ = self.text.remove(self.cursor),
-            KeyCode::Delete => {}
-            KeyCode::Left => self.cursor = self.previous().unwrap_or(0),
-            KeyCode::Right => self.cursor += self.text[self.cursor..].chars().next().map_or(0, char::len_utf8),
-            KeyCode::Home => self.cursor = 0,
-            KeyCode::End => self.cursor = self.text.len(),
-            _ => return false,
-        }
-        true
-    }
-
-    fn previous(&self) -> Option<usize> {
-        self.text[..self.cursor].char_indices().next_back().map(|(at, _)| at)
-    }
-
-    fn delete_word(&mut self) {
-        let before = self.text[..self.cursor].trim_end();
-        let start = before.rfind(' ').map_or(0, |at| at + 1);
-        self.text.drain(start..self.cursor);
-        self.cursor = start;
+            _ => to_input_request(&Event::Key(key)),
+        };
+        request.map(|request| self.0.handle(request)).is_some()
     }
 }
 

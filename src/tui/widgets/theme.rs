@@ -1,5 +1,6 @@
 //! Colours and markers, adapted to what the terminal can show.
 
+use anstyle_lossy::rgb_to_xterm;
 use ratatui::buffer::Buffer;
 use ratatui::style::{Color, Modifier, Style};
 pub use ratatui::symbols::Marker;
@@ -215,26 +216,8 @@ impl Theme {
 fn fit(colour: Color, depth: Depth) -> Color {
     match (colour, depth) {
         (Color::Rgb(..), Depth::None) => Color::Reset,
-        (Color::Rgb(r, g, b), Depth::Ansi256) => Color::Indexed(nearest_256([r, g, b])),
+        (Color::Rgb(r, g, b), Depth::Ansi256) => Color::Indexed(rgb_to_xterm((r, g, b).into()).0),
         (colour, _) => colour,
-    }
-}
-
-fn distance(a: [u8; 3], b: [u8; 3]) -> u32 {
-    (0..3).map(|channel| u32::from(a[channel].abs_diff(b[channel])).pow(2)).sum()
-}
-
-/// The nearest entry of the 6 x 6 x 6 cube or of the grey ramp.
-fn nearest_256(rgb: [u8; 3]) -> u8 {
-    const LEVELS: [u8; 6] = [0, 95, 135, 175, 215, 255];
-    let level = |value: u8| (0..6usize).min_by_key(|level| LEVELS[*level].abs_diff(value)).unwrap_or(0);
-    let cube = rgb.map(level);
-    let from_cube = distance(rgb, cube.map(|level| LEVELS[level]));
-    let grey = (0..24u8).min_by_key(|step| distance(rgb, [8 + 10 * step; 3])).unwrap_or(0);
-    if distance(rgb, [8 + 10 * grey; 3]) < from_cube {
-        232 + grey
-    } else {
-        (16 + 36 * cube[0] + 6 * cube[1] + cube[2]) as u8
     }
 }
 
