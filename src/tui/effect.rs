@@ -6,9 +6,9 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::{Position, Rect};
 
 use super::app::App;
-use super::scene::Object;
 use super::view::{Choice, Level};
 use super::widgets::theme::Theme;
+use mge_task::Object;
 use mge_workbench::Command;
 
 /// What an effect does; the error is shown.

@@ -6,29 +6,32 @@ use super::{Form, Part, Placeable, Property, Region, STANDARD_RADIUS, Task, Tool
 use mge_base::validation::ValidationError;
 use mge_physics::{ToolKind, exact};
 
+/// What can be moved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Object {
+    /// A part of the task.
+    Part(Part),
+    /// A proposed subgoal.
+    Proposal(usize),
+}
+
 /// One change of a task. Indices of subgoals and tools count from 0.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Edit {
     /// Appends a subgoal, before the goal; without a radius, of the usual one.
     AddSubgoal { position: [f32; 2], radius: Option<f32> },
-    /// Moves a subgoal.
-    MoveSubgoal { index: usize, position: [f32; 2] },
+    /// Moves the start of a part, or a proposed subgoal.
+    Move { object: Object, position: [f32; 2] },
     /// Resizes a subgoal.
     ResizeSubgoal { index: usize, radius: f32 },
     /// Swaps two subgoals in the order.
     SwapSubgoals { first: usize, second: usize },
     /// Deletes a subgoal.
     DeleteSubgoal { index: usize },
-    /// Moves the goal.
-    MoveGoal { position: [f32; 2] },
     /// Resizes the goal.
     ResizeGoal { radius: f32 },
-    /// Moves the ball's start.
-    MoveBall { position: [f32; 2] },
     /// Adds a static tool to the scene.
     AddTool { kind: ToolKind, position: [f32; 2], size: Option<f32>, values: Values },
-    /// Moves a static tool.
-    MoveTool { index: usize, position: [f32; 2] },
     /// Resizes a static tool.
     ResizeTool { index: usize, size: f32 },
     /// Changes properties of a static tool.
@@ -37,10 +40,6 @@ pub enum Edit {
     DeleteTool { index: usize },
     /// Gives the agent another tool to place.
     SetPlaceable { kind: ToolKind, size: Option<f32>, values: Values },
-    /// Moves the start of a part that has no dedicated edit: the marker, another ball or a box.
-    MovePart { part: Part, position: [f32; 2] },
-    /// Moves a proposed subgoal.
-    MoveProposal { index: usize, position: [f32; 2] },
     /// Resizes a proposed subgoal.
     ResizeProposal { index: usize, radius: f32 },
     /// Appends a proposed subgoal to the task's own; without an index, all proposals replace the task's own subgoals.
@@ -74,7 +73,15 @@ impl Edit {
             Self::AddSubgoal { position, radius } => {
                 task.subgoals.push(Region { position, radius: radius.unwrap_or(STANDARD_RADIUS) });
             }
-            Self::MoveSubgoal { index, position } => entry(&mut task.subgoals, "subgoal", index)?.position = position,
+            Self::Move { object, position } => {
+                let missing = |part| ValidationError::new(part, "the task has no such part");
+                *match object {
+                    Object::Proposal(index) => &mut entry(&mut proposed, "proposal", index)?.position,
+                    Object::Part(Part::Subgoal(index)) => &mut entry(&mut task.subgoals, "subgoal", index)?.position,
+                    Object::Part(Part::Tool(index)) => &mut entry(&mut task.tools, "tool", index)?.position,
+                    Object::Part(part) => task.position_mut(part).ok_or_else(|| missing(part))?,
+                } = position;
+            }
             Self::ResizeSubgoal { index, radius } => entry(&mut task.subgoals, "subgoal", index)?.radius = radius,
             Self::SwapSubgoals { first, second } => {
                 entry(&mut task.subgoals, "subgoal", first)?;
@@ -86,9 +93,7 @@ impl Edit {
                 task.subgoals.remove(index);
                 task.forget(Part::Subgoal(index));
             }
-            Self::MoveGoal { position } => task.goal.position = position,
             Self::ResizeGoal { radius } => task.goal.radius = radius,
-            Self::MoveBall { position } => task.ball.position = position,
             Self::AddTool { kind, position, size, ref values } => {
                 task.tools.push(ToolSpec { kind, position, form: form(kind, size, values)? });
                 // An order that contains tools contains all of them.
@@ -96,7 +101,6 @@ impl Edit {
                     task.order.push(Part::Tool(task.tools.len() - 1));
                 }
             }
-            Self::MoveTool { index, position } => entry(&mut task.tools, "tool", index)?.position = position,
             Self::ResizeTool { index, size } => entry(&mut task.tools, "tool", index)?.form.size = Some(exact(size)),
             Self::SetTool { index, ref values } => {
                 let tool = entry(&mut task.tools, "tool", index)?;
@@ -110,11 +114,6 @@ impl Edit {
             Self::SetPlaceable { kind, size, ref values } => {
                 task.placeable = Placeable { kind, form: form(kind, size, values)? };
             }
-            Self::MovePart { part, position } => {
-                let missing = || ValidationError::new(part, "the task has no such part");
-                *task.position_mut(part).ok_or_else(missing)? = position;
-            }
-            Self::MoveProposal { index, position } => entry(&mut proposed, "proposal", index)?.position = position,
             Self::ResizeProposal { index, radius } => entry(&mut proposed, "proposal", index)?.radius = radius,
             Self::AcceptProposal { index } => match taken(&mut proposed, index)? {
                 regions if index.is_none() => task = task.with_subgoals(regions),
@@ -264,12 +263,16 @@ mod tests {
         Editor::new(load("task2").unwrap())
     }
 
+    fn moved(part: Part, position: [f32; 2]) -> Edit {
+        Edit::Move { object: Object::Part(part), position }
+    }
+
     #[test]
     fn undo_and_redo_walk_through_all_versions() {
         let mut editor = editor();
         let mut versions = vec![editor.task().clone()];
         for x in [0.1, 0.2, 0.3] {
-            editor.apply(&Edit::MoveSubgoal { index: 0, position: [x, 0.5] }).unwrap();
+            editor.apply(&moved(Part::Subgoal(0), [x, 0.5])).unwrap();
             versions.push(editor.task().clone());
         }
         for version in versions.iter().rev().skip(1) {
@@ -289,7 +292,7 @@ mod tests {
         let mut editor = editor();
         for step in 0..MAX_UNDO + 2 {
             let position = [step as f32 / 10_000.0, 0.5];
-            editor.apply(&Edit::MoveSubgoal { index: 0, position }).unwrap();
+            editor.apply(&moved(Part::Subgoal(0), position)).unwrap();
         }
         assert!((0..MAX_UNDO).all(|_| editor.undo()) && !editor.undo());
         assert_eq!(editor.task().subgoals[0].position, [0.0001, 0.5]);
@@ -300,10 +303,10 @@ mod tests {
         let mut editor = editor();
         let before = editor.task().clone();
         for edit in [
-            Edit::MoveSubgoal { index: 9, position: [0.0; 2] },
-            Edit::MoveBall { position: [0.6, -0.85] },
+            moved(Part::Subgoal(9), [0.0; 2]),
+            moved(Part::Target, [0.6, -0.85]),
             Edit::ResizeGoal { radius: 0.0 },
-            Edit::MoveGoal { position: [f32::NAN, 0.0] },
+            moved(Part::Goal, [f32::NAN, 0.0]),
         ] {
             assert!(editor.apply(&edit).is_err(), "{edit:?}");
             assert_eq!(editor.task(), &before);
@@ -328,7 +331,7 @@ mod tests {
     #[test]
     fn an_edit_that_changes_nothing_leaves_the_history_alone() {
         let mut editor = editor();
-        editor.apply(&Edit::MoveGoal { position: [0.1, 0.3] }).unwrap();
+        editor.apply(&moved(Part::Goal, [0.1, 0.3])).unwrap();
         editor.undo();
         editor.apply(&Edit::SwapSubgoals { first: 0, second: 0 }).unwrap();
         assert!(editor.redo() && editor.undo() && !editor.undo());
@@ -338,7 +341,7 @@ mod tests {
     fn a_new_edit_clears_the_redo_history_and_redone_edits_can_be_undone() {
         let mut editor = editor();
         let before = editor.task().clone();
-        let [first, second] = [0.1, 0.2].map(|x| Edit::MoveGoal { position: [x, 0.3] });
+        let [first, second] = [0.1, 0.2].map(|x| moved(Part::Goal, [x, 0.3]));
         editor.apply(&first).unwrap();
         assert!(editor.undo() && editor.redo() && editor.undo());
         assert_eq!(editor.task(), &before);
@@ -354,7 +357,7 @@ mod tests {
     fn a_task_is_dirty_until_it_is_saved_and_after_an_undo_from_there() {
         let mut editor = editor();
         assert!(!editor.is_dirty());
-        editor.apply(&Edit::MoveGoal { position: [0.1, 0.3] }).unwrap();
+        editor.apply(&moved(Part::Goal, [0.1, 0.3])).unwrap();
         assert!(editor.is_dirty());
         editor.mark_saved("mine".to_owned());
         assert!(!editor.is_dirty() && editor.task().name == "mine");
@@ -368,7 +371,7 @@ mod tests {
         let own = editor.task().subgoals.clone();
         let regions = [[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]].map(|position| Region { position, radius: 4.0 });
         editor.propose(regions.to_vec(), 120);
-        editor.apply(&Edit::MoveProposal { index: 1, position: [0.0, 0.1] }).unwrap();
+        editor.apply(&Edit::Move { object: Object::Proposal(1), position: [0.0, 0.1] }).unwrap();
         editor.apply(&Edit::AcceptProposal { index: Some(1) }).unwrap();
         assert_eq!(editor.task().subgoals.last().unwrap().position, [0.0, 0.1]);
         assert_eq!(editor.task().subgoals.len(), own.len() + 1, "after the task's own");
@@ -405,7 +408,7 @@ mod tests {
         editor.apply(&add(Some(5.0))).unwrap();
         assert_eq!(editor.task().tools.last().unwrap().form.size, Some(5.0));
         editor.propose(vec![Region { position: [0.0; 2], radius: 4.0 }], 0);
-        assert!(editor.apply(&Edit::MoveProposal { index: 0, position: [3.0, 0.0] }).is_err());
+        assert!(editor.apply(&Edit::Move { object: Object::Proposal(0), position: [3.0, 0.0] }).is_err());
         assert_eq!(editor.proposed()[0].position, [0.0; 2]);
     }
 
@@ -428,7 +431,7 @@ mod tests {
                 if matches!(part, Part::Marker | Part::Ball(_) | Part::Box(_)) {
                     let position =
                         editor.task().clone().position_mut(part).map(|position| [position[0] + 0.001, position[1]]);
-                    editor.apply(&Edit::MovePart { part, position: position.unwrap() }).unwrap();
+                    editor.apply(&moved(part, position.unwrap())).unwrap();
                     assert_eq!(Ok(part), part.to_string().parse());
                 }
             }
@@ -457,7 +460,7 @@ mod tests {
         check(&mut editor, &give(None, vec![(Property::Velocity, 1.0)]), "vel: a cannon has none: it has angle, force");
         let force = "placeable.force: is NaN, but must be a number from -10000 to 10000";
         check(&mut editor, &give(None, vec![(Property::Force, f64::NAN)]), force);
-        let nobody = Edit::MovePart { part: Part::Ball(7), position: [0.0; 2] };
+        let nobody = moved(Part::Ball(7), [0.0; 2]);
         check(&mut editor, &nobody, "ball-8: the task has no such part");
         assert!(editor.undo() && editor.task().placeable.kind != ToolKind::Cannon);
     }
@@ -465,7 +468,7 @@ mod tests {
     #[test]
     fn arriving_proposals_keep_the_redo_history() {
         let mut editor = editor();
-        editor.apply(&Edit::MoveGoal { position: [0.1, 0.1] }).unwrap();
+        editor.apply(&moved(Part::Goal, [0.1, 0.1])).unwrap();
         let edited = editor.task().clone();
         editor.undo();
         editor.propose(vec![Region { position: [0.0; 2], radius: 4.0 }], 0);

@@ -28,7 +28,7 @@ mod shift;
 mod tools;
 mod validate;
 
-pub use edit::{Draft, Edit, Editor};
+pub use edit::{Draft, Edit, Editor, Object};
 pub use file::{
     FORMAT, TaskError, file_of, is_edited, level_names, load, load_regular, parse, save, save_as, shipped,
     shipped_name, shipped_names, to_json,

@@ -125,7 +125,7 @@ impl App {
             screens: Screens::default(),
             subject,
             message: None,
-            regions: HitRegions::default(),
+            regions: HitRegions::new(),
             is_too_small: false,
             drag: None,
             request: None,
@@ -303,7 +303,7 @@ impl App {
         };
         let area = frame.area();
         self.regions = draw_frame(&self.ui(), &self.screens, &chrome, area, frame.buffer_mut());
-        self.is_too_small = self.regions.all().is_empty();
+        self.is_too_small = self.regions.is_empty();
         let mut cursor = None;
         // A terminal too small for a screen is too small for layers.
         if !self.is_too_small {

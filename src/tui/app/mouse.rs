@@ -7,6 +7,7 @@ use crate::tui::actions::Tab;
 use crate::tui::chart::Axes;
 use crate::tui::effect::Effect;
 use crate::tui::screens::{HitRegion, scene, scene_actions, schedule, tools, training};
+use crate::tui::widgets::list;
 use mge_task::Property;
 
 impl App {
@@ -34,7 +35,7 @@ impl App {
         self.drag = None;
         // The release that ends a drag is lost outside the terminal and under a layer.
         self.screens.scene.drop_dragged();
-        match self.regions.at(at) {
+        match list::hit(&self.regions, at.into()) {
             Some(HitRegion::Tab(tab)) => self.show(tab),
             Some(HitRegion::Hint(entry)) => self.perform(entry),
             Some(HitRegion::Scene(view)) => {
@@ -75,12 +76,12 @@ impl App {
 
     fn drag_to(&mut self, (column, row): (u16, u16)) -> bool {
         if self.drag == Some(Drag::Crosshair) {
-            if let Some(HitRegion::Chart(axes, _)) = self.regions.at((column, row)) {
+            if let Some(HitRegion::Chart(axes, _)) = list::hit(&self.regions, (column, row).into()) {
                 self.move_crosshair(&axes, column);
             }
             return true;
         }
-        for (_, region) in self.regions.all() {
+        for (_, region) in &self.regions {
             match (self.drag, region) {
                 (Some(Drag::SchedulePoint), HitRegion::Schedule(axes)) => {
                     let view = self.workspace.view();
@@ -96,7 +97,7 @@ impl App {
     }
 
     fn hover(&mut self, at: (u16, u16)) -> bool {
-        let region = self.regions.at(at);
+        let region = list::hit(&self.regions, at.into());
         if let (Some(HitRegion::Scene(view)), Some(hand)) = (region, &mut self.screens.scene.hand) {
             hand.hold(view.nearest(at.0, at.1));
             return true;
@@ -109,7 +110,7 @@ impl App {
     }
 
     fn scroll(&mut self, at: (u16, u16), up: bool) -> bool {
-        let region = self.regions.at(at);
+        let region = list::hit(&self.regions, at.into());
         // The wheel turns the selected tool over the scene.
         if matches!(region, Some(HitRegion::Scene(..))) && self.screens.scene.hand.is_none() {
             let steps = if up { 1.0 } else { -1.0 };

@@ -7,13 +7,13 @@ use crate::tui::actions::{Entry, Run, Tab};
 use crate::tui::effect::{Effect, Layer};
 use crate::tui::input::fill;
 use crate::tui::layers::{Arguments, CommandPalette, Question, some_of};
-use crate::tui::scene::Object;
 use crate::tui::screens::{Ui, figures, lists, run_form, runs, scene_actions, schedule, training};
 use crate::tui::view::playback::Player;
 use crate::tui::view::{Choice, Level, RunSummary, ViewModel};
 use crate::tui::widgets::theme::{Palette, Theme};
 use mge_base::text::counted;
 use mge_run::deletions;
+use mge_task::Object;
 use mge_workbench::{Command, command};
 
 /// Number of typed commands that are kept.

@@ -3,12 +3,13 @@
 use educe::Educe;
 use ratatui::style::Color;
 
-use super::object::{Object, Objects};
+use super::object::Objects;
 use crate::tui::view::playback::PlaybackFrame;
 use crate::tui::widgets::theme::Theme;
 use mge_env::Action;
 use mge_guidance::{ActionPrior, StagePrior};
 use mge_physics::Tool;
+use mge_task::Object;
 
 /// Which overlays to show on the scene.
 #[derive(Debug, Clone, Copy, Educe, PartialEq, Eq)]

@@ -12,6 +12,6 @@ mod view;
 pub use content::{Content, Ghost, Heat, Overlays};
 pub use draw::draw;
 pub use legend::legend;
-pub use object::{Object, Objects};
+pub use object::Objects;
 pub use picture::{picture, task_picture};
 pub use view::View;

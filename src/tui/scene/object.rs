@@ -1,51 +1,7 @@
 //! The objects of a scene that can be selected and edited.
 
 use mge_physics::to_units;
-use mge_task::{BallSpec, Edit, Part, Region, Task};
-
-/// An object of the scene.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Object {
-    /// A part of the task.
-    Part(Part),
-    /// A proposed subgoal.
-    Proposal(usize),
-}
-
-impl Object {
-    /// The edit that moves it.
-    pub fn moved_to(self, position: [f32; 2]) -> Edit {
-        match self {
-            Self::Proposal(index) => Edit::MoveProposal { index, position },
-            Self::Part(Part::Target) => Edit::MoveBall { position },
-            Self::Part(Part::Goal) => Edit::MoveGoal { position },
-            Self::Part(Part::Subgoal(index)) => Edit::MoveSubgoal { index, position },
-            Self::Part(Part::Tool(index)) => Edit::MoveTool { index, position },
-            Self::Part(part) => Edit::MovePart { part, position },
-        }
-    }
-
-    /// The edit that changes its radius, in units. None for objects of fixed size, and for tools, whose size
-    /// is one of their properties.
-    pub fn resized(self, radius: f32) -> Option<Edit> {
-        match self {
-            Self::Proposal(index) => Some(Edit::ResizeProposal { index, radius }),
-            Self::Part(Part::Goal) => Some(Edit::ResizeGoal { radius }),
-            Self::Part(Part::Subgoal(index)) => Some(Edit::ResizeSubgoal { index, radius }),
-            Self::Part(_) => None,
-        }
-    }
-
-    /// The edit that deletes it. None for objects that cannot be deleted.
-    pub fn deleted(self) -> Option<Edit> {
-        match self {
-            Self::Proposal(index) => Some(Edit::DeleteProposal { index: Some(index) }),
-            Self::Part(Part::Subgoal(index)) => Some(Edit::DeleteSubgoal { index }),
-            Self::Part(Part::Tool(index)) => Some(Edit::DeleteTool { index }),
-            Self::Part(_) => None,
-        }
-    }
-}
+use mge_task::{BallSpec, Object, Part, Region, Task};
 
 /// The objects of a task, including its proposed subgoals.
 #[derive(Debug, Clone, Copy)]

@@ -6,12 +6,12 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
 
-use super::{Content, Ghost, Heat, Object, Objects, Overlays, View, draw, legend as legend_lines, picture};
+use super::{Content, Ghost, Heat, Objects, Overlays, View, draw, legend as legend_lines, picture};
 use crate::tui::view::playback::PlaybackFrame;
 use crate::tui::widgets::theme::{ASCII, Depth, Marker, Palette, Theme};
 use mge_guidance::{ActionPrior, Cluster, GuidanceConfig, StagePrior};
 use mge_physics::Tool;
-use mge_task::{Part, Region, Task};
+use mge_task::{Object, Part, Region, Task};
 use mge_trainer::Source;
 
 static TASK: LazyLock<Task> = LazyLock::new(|| mge_task::load("task1").unwrap());

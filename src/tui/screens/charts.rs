@@ -191,7 +191,7 @@ impl<'a> Charts<'a> {
             empty: &empty,
         };
         if let Some(axes) = draw_chart(&plot, area, self.ui.theme, buffer) {
-            regions.add(axes.plot, HitRegion::Chart(axes, metric));
+            regions.push((axes.plot, HitRegion::Chart(axes, metric)));
         }
     }
 }

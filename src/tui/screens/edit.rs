@@ -4,8 +4,7 @@
 use super::scene::{Scene, moved};
 use super::{Screens, Ui, tools};
 use crate::tui::effect::Effect;
-use crate::tui::scene::Object;
-use mge_task::{Edit, Part, STANDARD_RADIUS};
+use mge_task::{Edit, Object, Part, STANDARD_RADIUS};
 use mge_workbench::Command;
 
 /// The effects of an edit of the selected object, given its position.
@@ -25,19 +24,23 @@ pub fn resize(screens: &mut Screens, ui: &Ui, steps: f64) -> Vec<Effect> {
     on_selected(&screens.scene, ui, |object, _| {
         let objects = ui.view.objects();
         let size = (objects.size(object).unwrap_or(0.0) + 0.5 * steps as f32).max(0.5);
-        let fixed = || Effect::info(format!("{} has a fixed size", objects.name(object)));
-        object.resized(size).map_or_else(fixed, Effect::apply)
+        match object {
+            Object::Proposal(index) => Effect::apply(Edit::ResizeProposal { index, radius: size }),
+            Object::Part(Part::Goal) => Effect::apply(Edit::ResizeGoal { radius: size }),
+            Object::Part(Part::Subgoal(index)) => Effect::apply(Edit::ResizeSubgoal { index, radius: size }),
+            Object::Part(_) => Effect::info(format!("{} has a fixed size", objects.name(object))),
+        }
     })
 }
 
 /// Deletes the selected object.
 pub fn delete(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
-    on_selected(&screens.scene, ui, |object, _| match object.deleted() {
-        Some(edit) => Effect::apply(edit),
-        None if matches!(object, Object::Part(Part::Target | Part::Goal)) => {
-            Effect::info("a task needs its ball and its goal")
-        }
-        None => Effect::info("it is part of the level and can only be removed in its file"),
+    on_selected(&screens.scene, ui, |object, _| match object {
+        Object::Proposal(index) => Effect::apply(Edit::DeleteProposal { index: Some(index) }),
+        Object::Part(Part::Subgoal(index)) => Effect::apply(Edit::DeleteSubgoal { index }),
+        Object::Part(Part::Tool(index)) => Effect::apply(Edit::DeleteTool { index }),
+        Object::Part(Part::Target | Part::Goal) => Effect::info("a task needs its ball and its goal"),
+        Object::Part(_) => Effect::info("it is part of the level and can only be removed in its file"),
     })
 }
 
@@ -72,7 +75,7 @@ pub fn add_subgoal(scene: &Scene, ui: &Ui) -> Vec<Effect> {
 
 /// Opens the palette with the command that moves the selected object to where it is.
 pub fn type_coordinates(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
-    on_selected(&screens.scene, ui, |object, position| Effect::palette(Command::from(object.moved_to(position))))
+    on_selected(&screens.scene, ui, |object, position| Effect::palette(Command::from(Edit::Move { object, position })))
 }
 
 /// Accepts or rejects all proposals.

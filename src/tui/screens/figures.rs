@@ -15,7 +15,7 @@ use super::figure_in_cells::in_cells;
 use super::lists::Lists;
 use super::pane::{hint, lines, pane};
 use super::runs::Runs;
-use super::{HitRegion, HitRegions, Screens, Ui};
+use super::{HitRegion, HitRegions, Screens, Ui, row_regions};
 use crate::tui::app::App;
 use crate::tui::effect::Effect;
 use crate::tui::layers::{Form, Value};
@@ -51,7 +51,7 @@ pub fn draw(screens: &Screens, ui: &Ui, covered: bool, area: Rect, buffer: &mut 
     listed(screens, ui, list, buffer, regions);
     let kind = selected(&screens.lists);
     let inside = pane(kind.name(), picture, ui.theme, buffer);
-    regions.add(inside, HitRegion::Preview);
+    regions.push((inside, HitRegion::Preview));
     match screens.preview.draw(kind, covered, inside, buffer) {
         Ok(None) => {}
         Ok(Some((wanted, figure))) => in_cells(wanted, figure, inside, ui.theme, buffer),
@@ -99,7 +99,7 @@ fn listed(screens: &Screens, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: 
     };
     let (count, widths) = (FigureKind::ALL.len(), [Constraint::Length(10), Constraint::Fill(1)]);
     let figure = Some(screens.lists.figure);
-    regions.add_rows(list::draw(count, figure, row, &widths, inside, theme, buffer));
+    regions.extend(row_regions(list::draw(count, figure, row, &widths, inside, theme, buffer)));
     let [_, below] = Layout::vertical([Constraint::Length(count as u16 + 1), Constraint::Fill(1)]).areas(inside);
     if below.height == 0 {
         return;
@@ -126,7 +126,7 @@ pub fn selected(lists: &Lists) -> FigureKind {
 
 /// The preview to draw. None while there is no room for one.
 pub fn wanted(lists: &Lists, runs: &Runs, ui: &Ui, regions: &HitRegions) -> Option<PreviewRequest> {
-    let (area, _) = regions.all().iter().find(|(area, it)| matches!(it, HitRegion::Preview) && !area.is_empty())?;
+    let (area, _) = regions.iter().find(|(area, it)| matches!(it, HitRegion::Preview) && !area.is_empty())?;
     let kind = selected(lists);
     let composition = composition(kind, lists, runs, ui);
     Some(PreviewRequest {

@@ -11,12 +11,11 @@ use super::{HitRegion, HitRegions, Screens, Ui, figures, log, models, runs, sche
 use crate::tui::actions::{Context, Entry, Tab};
 use crate::tui::input;
 use crate::tui::layers::{some_of, tool_text};
-use crate::tui::scene::Object;
 use crate::tui::view::{Level, RunSummary};
 use crate::tui::widgets::columns;
 use crate::tui::widgets::layout::{MIN_SIZE, body};
 use mge_run::RunState;
-use mge_task::Part;
+use mge_task::{Object, Part};
 
 /// Width from which the names of all tabs fit.
 const TABS: u16 = 80;
@@ -38,9 +37,9 @@ pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffe
     if area.width < MIN_SIZE.0 || area.height < MIN_SIZE.1 {
         let text = format!("terminal too small: {}x{}, at least 60x20 is needed", area.width, area.height);
         Text::from_iter(lines(&text, area.width, Style::new())).render(area, buffer);
-        return HitRegions::default();
+        return HitRegions::new();
     }
-    let mut regions = HitRegions::default();
+    let mut regions = HitRegions::new();
     tabs(ui, chrome.tab, Rect { height: 1, ..area }, buffer, &mut regions);
     let message = message(ui, screens, chrome, area);
     let rows = message.height() as u16;
@@ -125,7 +124,7 @@ fn tabs(ui: &Ui, shown: Tab, area: Rect, buffer: &mut Buffer, regions: &mut HitR
         };
         let style = if tab == shown { theme.strong().add_modifier(Modifier::REVERSED) } else { theme.faint() };
         let (end, _) = buffer.set_stringn(x, area.y, &text, text.len(), style);
-        regions.add(Rect { x, width: end - x, ..area }, HitRegion::Tab(tab));
+        regions.push((Rect { x, width: end - x, ..area }, HitRegion::Tab(tab)));
         x = end;
     }
     let mark = if view.dirty { " (edited)" } else { "" };
@@ -146,7 +145,7 @@ fn footer(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffer: &mut 
     let mut put = |x: u16, key: &str, entry: &'static Entry| {
         let (after, _) = buffer.set_stringn(x, area.y, key, key.len(), theme.strong());
         buffer.set_stringn(after + 1, area.y, word(entry), word(entry).len(), theme.faint());
-        regions.add(Rect { x, width: hint_width(key, word(entry)) - 2, ..area }, HitRegion::Hint(entry));
+        regions.push((Rect { x, width: hint_width(key, word(entry)) - 2, ..area }, HitRegion::Hint(entry)));
     };
     let mut hints = input::hints(chrome.contexts);
     hints.retain(|(_, entry)| !entry.verb.starts_with("proposal ") || !ui.view.proposed.is_empty());

@@ -25,6 +25,7 @@ mod ui;
 mod workbench;
 
 pub use frame::{Chrome, draw_frame};
+use regions::row_regions;
 pub use regions::{HitRegion, HitRegions};
 pub use ui::Ui;
 

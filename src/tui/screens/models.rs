@@ -9,7 +9,7 @@ use ratatui::widgets::{Row, Table, Widget};
 use super::lists::Lists;
 use super::pane::{lines, pane};
 use super::status::bar;
-use super::{HitRegions, Ui};
+use super::{HitRegions, Ui, row_regions};
 use crate::tui::effect::Effect;
 use crate::tui::view::ModelSummary;
 use crate::tui::widgets::columns::{self, shortened};
@@ -49,7 +49,7 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
         Layout::vertical([Constraint::Length(1), rows, Constraint::Length(1), Constraint::Fill(1)]).areas(inside);
     let headings = ["", "model"].into_iter().chain(NUMBERS.map(|(heading, _)| heading)).chain(["tools"]);
     Table::new([Row::new(headings).style(theme.faint())], &widths).render(header, buffer);
-    regions.add_rows(list::draw(count, Some(selected), row, &widths, above, theme, buffer));
+    regions.extend(row_regions(list::draw(count, Some(selected), row, &widths, above, theme, buffer)));
     let below = below.inner(Margin::new(2, 0));
     let paragraph = |text: &str, style| lines(&format!("{text}\n "), below.width, style);
     let mut text = Text::default();

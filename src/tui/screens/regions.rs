@@ -7,9 +7,8 @@ use crate::tui::chart::Axes;
 use crate::tui::scene::View;
 use mge_run::Metric;
 
-/// The regions of the latest drawing.
-#[derive(Debug, Default)]
-pub struct HitRegions(Vec<(Rect, HitRegion)>);
+/// The regions of a drawing.
+pub type HitRegions = Vec<(Rect, HitRegion)>;
 
 /// Something that reacts to the mouse.
 #[derive(Debug, Clone, Copy)]
@@ -30,23 +29,7 @@ pub enum HitRegion {
     Preview,
 }
 
-impl HitRegions {
-    pub(super) fn add(&mut self, area: Rect, region: HitRegion) {
-        self.0.push((area, region));
-    }
-
-    /// The rows of a list.
-    pub(super) fn add_rows(&mut self, rows: Vec<(Rect, usize)>) {
-        self.0.extend(rows.into_iter().map(|(area, index)| (area, HitRegion::Row(index))));
-    }
-
-    /// All regions, with their areas.
-    pub fn all(&self) -> &[(Rect, HitRegion)] {
-        &self.0
-    }
-
-    /// The region that contains a cell.
-    pub fn at(&self, cell: (u16, u16)) -> Option<HitRegion> {
-        self.0.iter().find(|(area, _)| area.contains(cell.into())).map(|(_, region)| *region)
-    }
+/// The rows of a list.
+pub(super) fn row_regions(drawn: Vec<(Rect, usize)>) -> impl Iterator<Item = (Rect, HitRegion)> {
+    drawn.into_iter().map(|(area, index)| (area, HitRegion::Row(index)))
 }

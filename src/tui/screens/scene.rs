@@ -4,13 +4,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::tui::effect::Effect;
-use crate::tui::scene::{Ghost, Object, Overlays};
+use crate::tui::scene::{Ghost, Overlays};
 use crate::tui::view::playback::Player;
 use crate::tui::view::{AgentView, Choice, Subject, ViewModel};
 use mge_agent::Ddpg;
 use mge_env::Action;
 use mge_guidance::RolloutModel;
-use mge_task::Edit;
+use mge_task::{Edit, Object};
 use mge_trainer::Trace;
 
 /// Greatest distance, in units, at which the mouse hits an object.
@@ -126,7 +126,7 @@ impl Scene {
     /// Ends a drag; returns the edit that moves the object to where it was dropped.
     pub fn drop_dragged(&mut self) -> Option<Edit> {
         let dropped = self.selected.zip(self.dragged_to.take());
-        dropped.map(|(object, to)| object.moved_to(moved(to, [0.0; 2])))
+        dropped.map(|(object, to)| Edit::Move { object, position: moved(to, [0.0; 2]) })
     }
 
     /// Critic and actor at the present action, if they are shown.

@@ -5,13 +5,14 @@ use super::edit::on_selected;
 use super::scene::{Scene, moved};
 use crate::tui::effect::Effect;
 use crate::tui::view::{Choice, Subject};
+use mge_task::Edit;
 use mge_workbench::command;
 
 /// Moves the tool in hand, or else the selected object.
 pub fn move_by(scene: &mut Scene, ui: &Ui, direction: [f32; 2], far: bool) -> Vec<Effect> {
     let Some(hand) = &mut scene.hand else {
         let by = direction.map(|axis| axis * if far { 0.1 } else { 0.01 });
-        return on_selected(scene, ui, |object, from| Effect::apply(object.moved_to(moved(from, by))));
+        return on_selected(scene, ui, |object, from| Effect::apply(Edit::Move { object, position: moved(from, by) }));
     };
     hand.cursor = moved(hand.cursor, direction.map(|axis| axis * if far { 0.1 } else { 0.02 }));
     Vec::new()

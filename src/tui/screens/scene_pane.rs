@@ -10,11 +10,11 @@ use ratatui::text::Line;
 use super::pane::pane;
 use super::scene::Scene;
 use super::{HitRegion, HitRegions, Ui};
-use crate::tui::scene::{Content, Object, Objects, draw as draw_scene, legend};
+use crate::tui::scene::{Content, Objects, draw as draw_scene, legend};
 use crate::tui::view::Choice;
 use crate::tui::view::playback::PlaybackFrame;
 use crate::tui::widgets::columns::{fitting, shortened, width};
-use mge_task::{Part, Region, Task};
+use mge_task::{Object, Part, Region, Task};
 
 /// Draws the scene. Returns its legend, if that is to be shown.
 pub fn scene_pane(
@@ -56,7 +56,7 @@ pub fn scene_pane(
         ghost: scene.hand.as_ref().and_then(|hand| hand.ghost.as_ref()),
     };
     let view = draw_scene(&content, inside, ui.theme, buffer);
-    regions.add(view.area, HitRegion::Scene(view));
+    regions.push((view.area, HitRegion::Scene(view)));
     caption(ui, scene, &frame, area, buffer);
     content.overlays.legend.then(|| legend(&content, ui.theme))
 }

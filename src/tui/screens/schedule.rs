@@ -144,7 +144,7 @@ pub fn draw(state: &Schedule, ui: &Ui, area: Rect, buffer: &mut Buffer, regions:
             axes.bar(run.done as f32, Style::new().fg(theme.good), buffer);
         }
         points(state, ui, &axes, buffer);
-        regions.add(axes.plot, HitRegion::Schedule(axes));
+        regions.push((axes.plot, HitRegion::Schedule(axes)));
     }
     text.render(below, buffer);
 }

@@ -4,9 +4,9 @@ use super::Ui;
 use super::scene::Scene;
 use crate::tui::effect::Effect;
 use crate::tui::layers::{Item, Picker, tasks, tools};
-use crate::tui::scene::{Object, picture, task_picture};
+use crate::tui::scene::{picture, task_picture};
 use mge_physics::{Tool, ToolKind};
-use mge_task::{Draft, Edit, Part, Property, Task, Values};
+use mge_task::{Draft, Edit, Object, Part, Property, Task, Values};
 use mge_workbench::{Command, command};
 
 /// The index and the type of the selected tool.

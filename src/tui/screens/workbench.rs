@@ -9,14 +9,13 @@ use ratatui::widgets::{Paragraph, Row, Widget, Wrap};
 use super::pane::{fitted, lines, pane};
 use super::scene::Scene;
 use super::scene_pane::scene_pane;
-use super::{HitRegions, Screens, Ui, status, training};
+use super::{HitRegions, Screens, Ui, row_regions, status, training};
 use crate::tui::layers::tool_text;
-use crate::tui::scene::Object;
 use crate::tui::widgets::layout::split;
 use crate::tui::widgets::list;
 use mge_base::text::printable;
 use mge_run::Metric;
-use mge_task::shipped_name;
+use mge_task::{Object, shipped_name};
 
 /// Rows of the status pane.
 const STATUS: u16 = 13;
@@ -71,7 +70,7 @@ fn objects(ui: &Ui, scene: &Scene, area: Rect, buffer: &mut Buffer, regions: &mu
     };
     let widths = [Constraint::Max(16), Constraint::Length(6), Constraint::Length(6), Constraint::Length(5)];
     let selected = scene.selected().and_then(|object| all.iter().position(|known| *known == object));
-    regions.add_rows(list::draw(all.len(), selected, row, &widths, inside, theme, buffer));
+    regions.extend(row_regions(list::draw(all.len(), selected, row, &widths, inside, theme, buffer)));
     if lower.height >= 3 {
         let inside = pane("task", lower, theme, buffer);
         Text::from(fitted(ui, about(ui, inside.width), inside.height, ": {help} has the keys")).render(inside, buffer);

@@ -27,7 +27,7 @@ pub fn draw<'a>(
     (area.y..).zip(shown).map(|(y, index)| (Rect { y, height: 1, ..area }, index)).collect()
 }
 
-/// The index drawn at a position, if there is one.
-pub fn hit(drawn: &[(Rect, usize)], at: Position) -> Option<usize> {
-    drawn.iter().find(|(area, _)| area.contains(at)).map(|(_, index)| *index)
+/// What is drawn at a position, if there is one.
+pub fn hit<T: Copy>(drawn: &[(Rect, T)], at: Position) -> Option<T> {
+    drawn.iter().find(|(area, _)| area.contains(at)).map(|(_, found)| *found)
 }

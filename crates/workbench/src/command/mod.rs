@@ -146,19 +146,14 @@ pub(super) trait Execute {
 /// shown in usage and help, and the help line; then what it does: the methods of `Execute` that it has, as functions of
 /// the command and the method's argument.
 macro_rules! command {
-    ($(#[$doc:meta])* $name:ident: $verb:literal $arguments:literal $help:literal; $($method:ident = $body:expr;)*) => {
+    ($(#[$doc:meta])* $name:ident $(($($field:ident: $type:ty = $kind:expr),+))?:
+        $verb:literal $arguments:literal $help:literal; $($method:ident = $body:expr;)*) => {
         $(#[$doc])*
         #[derive(Debug, Clone, PartialEq)]
-        pub struct $name;
-        command! { @execute $name $verb $arguments $help ($name) ($name) []; $($method = $body;)* }
-    };
-    ($(#[$doc:meta])* $name:ident($($field:ident: $type:ty = $kind:expr),+): $verb:literal $arguments:literal $help:literal;
-        $($method:ident = $body:expr;)*) => {
-        $(#[$doc])*
-        #[derive(Debug, Clone, PartialEq)]
-        pub struct $name($(pub $type),+);
+        pub struct $name $(($(pub $type),+))?;
         command! {
-            @execute $name $verb $arguments $help ($name($($field),+)) ($name($($field),+)) [$($field: $type = $kind),+];
+            @execute $name $verb $arguments $help ($name $(($($field),+))?) ($name $(($($field),+))?)
+                [$($($field: $type = $kind),+)?];
             $($method = $body;)*
         }
     };
@@ -200,27 +195,21 @@ macro_rules! command {
         }
     };
     (@method prepare = $body:expr;) => {
-        fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {
-            let body: fn(&Self, &mut Setup) -> Result<String, SessionError> = $body;
-            body(self, setup)
-        }
+        command! { @function prepare(setup: &mut Setup) -> Result<String, SessionError> = $body; }
     };
     (@method execute = $body:expr;) => {
-        fn execute(&self, session: &mut Session) -> Result<String, SessionError> {
-            let body: fn(&Self, &mut Session) -> Result<String, SessionError> = $body;
-            body(self, session)
-        }
+        command! { @function execute(session: &mut Session) -> Result<String, SessionError> = $body; }
     };
     (@method check = $body:expr;) => {
-        fn check(&self, setup: &mut Setup) -> Result<(), SessionError> {
-            let body: fn(&Self, &mut Setup) -> Result<(), SessionError> = $body;
-            body(self, setup)
-        }
+        command! { @function check(setup: &mut Setup) -> Result<(), SessionError> = $body; }
     };
     (@method script_role = $body:expr;) => {
-        fn script_role(&self) -> ScriptRole {
-            let body: fn(&Self) -> ScriptRole = $body;
-            body(self)
+        command! { @function script_role() -> ScriptRole = $body; }
+    };
+    (@function $method:ident($($of:ident: $type:ty)?) -> $result:ty = $body:expr;) => {
+        fn $method(&self $(, $of: $type)?) -> $result {
+            let body: fn(&Self $(, $type)?) -> $result = $body;
+            body(self $(, $of)?)
         }
     };
 }

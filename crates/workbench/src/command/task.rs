@@ -9,7 +9,7 @@ use crate::setup::Setup;
 use crate::{Session, SessionError};
 use mge_base::atomic::Target;
 use mge_task::Edit::*;
-use mge_task::{self as task, Editor};
+use mge_task::{self as task, Editor, Object, Part};
 
 /// Maximum number of subgoals in one proposal.
 const MAX_PROPOSALS: usize = 9;
@@ -52,19 +52,22 @@ command! {
 /// usage and help, the help line, and the kind of each argument.
 macro_rules! edits {
     ($($name:literal $arguments:literal $help:literal
-        => $form:ident { $($field:ident: $kind:expr),* $(,)? };)+) => {
+        => ($($form:tt)+) { $($field:ident: $kind:expr),* $(,)? };)+) => {
         fn verbs() -> Vec<Verb> {
             vec![$(Verb {
                 name: $name,
                 arguments: $arguments,
                 help: $help,
-                read: |words| Ok($form { $($field: $kind.read(words)?),* }.into()),
+                read: |words| {
+                    $(let $field = $kind.read(words)?;)*
+                    Ok(($($form)+).into())
+                },
             }),+]
         }
 
         fn line(&self) -> String {
             match self {
-                $($form { $($field),* } => [$name.to_owned(), $($kind.write($field)),*].concat()),+
+                $($($form)+ => [$name.to_owned(), $($kind.write($field)),*].concat()),+
             }
         }
     };
@@ -73,42 +76,44 @@ macro_rules! edits {
 impl Execute for Edit {
     edits! {
         "subgoal add" "X Y [RADIUS]" "add a subgoal after the others"
-            => AddSubgoal { position: Position, radius: optional(Number("radius")) };
+            => (AddSubgoal { position, radius }) { position: Position, radius: optional(Number("radius")) };
         "subgoal move" "N X Y" "move subgoal N (from 1) to normalised X Y"
-            => MoveSubgoal { index: Index, position: Position };
+            => (Move { object: Object::Part(Part::Subgoal(index)), position }) { index: Index, position: Position };
         "subgoal size" "N RADIUS" "resize a subgoal, in units"
-            => ResizeSubgoal { index: Index, radius: Number("radius") };
+            => (ResizeSubgoal { index, radius }) { index: Index, radius: Number("radius") };
         "subgoal swap" "N M" "exchange two subgoals in the order"
-            => SwapSubgoals { first: Index, second: Index };
-        "subgoal delete" "N" "delete a subgoal" => DeleteSubgoal { index: Index };
-        "goal move" "X Y" "move the goal" => MoveGoal { position: Position };
-        "goal size" "RADIUS" "resize the goal, in units" => ResizeGoal { radius: Number("radius") };
-        "ball move" "X Y" "move the ball's start" => MoveBall { position: Position };
+            => (SwapSubgoals { first, second }) { first: Index, second: Index };
+        "subgoal delete" "N" "delete a subgoal" => (DeleteSubgoal { index }) { index: Index };
+        "goal move" "X Y" "move the goal" => (Move { object: Object::Part(Part::Goal), position }) { position: Position };
+        "goal size" "RADIUS" "resize the goal, in units" => (ResizeGoal { radius }) { radius: Number("radius") };
+        "ball move" "X Y" "move the ball's start"
+            => (Move { object: Object::Part(Part::Target), position }) { position: Position };
         "tool add" "TYPE X Y [SIZE] [KEY=VALUE]..." "add a static tool, such as `tool add ramp 0 0 20 angle=45`"
-            => AddTool {
+            => (AddTool { kind, position, size, values }) {
                 kind: Parsed("a type"), position: Position, size: Optional(Number("size"), is_option),
                 values: Properties(0)
             };
-        "tool move" "N X Y" "move a static tool (from 1)" => MoveTool { index: Index, position: Position };
+        "tool move" "N X Y" "move a static tool (from 1)"
+            => (Move { object: Object::Part(Part::Tool(index)), position }) { index: Index, position: Position };
         "tool size" "N SIZE" "resize a static tool, in units"
-            => ResizeTool { index: Index, size: Number("size") };
+            => (ResizeTool { index, size }) { index: Index, size: Number("size") };
         "tool set" "N KEY=VALUE..." "change properties of a static tool: size, angle (degrees), force, ..."
-            => SetTool { index: Index, values: Properties(1) };
-        "tool delete" "N" "delete a static tool" => DeleteTool { index: Index };
+            => (SetTool { index, values }) { index: Index, values: Properties(1) };
+        "tool delete" "N" "delete a static tool" => (DeleteTool { index }) { index: Index };
         "placeable" "TYPE [SIZE] [KEY=VALUE]..." "give the agent another tool to place"
-            => SetPlaceable {
+            => (SetPlaceable { kind, size, values }) {
                 kind: Parsed("a type"), size: Optional(Number("size"), is_option), values: Properties(0)
             };
         "part move" "PART X Y" "move another part: marker, ball-N, box-N or marker-subgoal-N"
-            => MovePart { part: Parsed("a part"), position: Position };
+            => (Move { object: Object::Part(part), position }) { part: Parsed("a part"), position: Position };
         "proposal move" "N X Y" "move proposed subgoal N (from 1)"
-            => MoveProposal { index: Index, position: Position };
+            => (Move { object: Object::Proposal(index), position }) { index: Index, position: Position };
         "proposal size" "N RADIUS" "resize a proposed subgoal, in units"
-            => ResizeProposal { index: Index, radius: Number("radius") };
+            => (ResizeProposal { index, radius }) { index: Index, radius: Number("radius") };
         "proposal accept" "[N]" "accept one proposed subgoal, or all in place of the task's own"
-            => AcceptProposal { index: optional(Index) };
+            => (AcceptProposal { index }) { index: optional(Index) };
         "proposal delete" "[N]" "reject one proposed subgoal, or all of them"
-            => DeleteProposal { index: optional(Index) };
+            => (DeleteProposal { index }) { index: optional(Index) };
     }
 
     fn prepare(&self, setup: &mut Setup) -> Result<String, SessionError> {

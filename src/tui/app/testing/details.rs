@@ -13,10 +13,10 @@ use crate::tui::actions::Tab;
 use crate::tui::app::App;
 use crate::tui::chart::Axes;
 use crate::tui::effect::Effect;
-use crate::tui::scene::Object;
 use crate::tui::screens::HitRegion;
 use crate::tui::view::{Curves, Level, RunSummary, ViewModel};
 use mge_run::{Metric, RunState};
+use mge_task::Object;
 use mge_task::Part;
 use mge_workbench::Command;
 
@@ -26,7 +26,7 @@ fn row(app: &App, wanted: usize) -> Option<(u16, u16)> {
         HitRegion::Row(row) if *row == wanted => Some((area.x, area.y)),
         _ => None,
     };
-    app.regions.all().iter().find_map(place)
+    app.regions.iter().find_map(place)
 }
 
 fn chart(app: &App) -> Axes {

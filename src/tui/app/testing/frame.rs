@@ -58,7 +58,7 @@ fn only_the_tab_of_the_screen_is_highlighted() {
     for (key, tab) in (1..).zip(Tab::ALL) {
         press(&mut app, &key.to_string());
         let screen = shot(&mut app, 120, 40);
-        let highlighted = app.regions.all().iter().filter_map(|(area, region)| match region {
+        let highlighted = app.regions.iter().filter_map(|(area, region)| match region {
             HitRegion::Tab(tab) if screen[(area.x, area.y)].modifier.contains(Modifier::REVERSED) => Some(*tab),
             _ => None,
         });
@@ -74,7 +74,7 @@ fn the_name_of_the_task_is_shown_at_a_distance_from_the_tabs() {
         let (mut app, _) = app(view);
         let screen = shot(&mut app, 120, 40);
         let is_tab = |region: &HitRegion| matches!(region, HitRegion::Tab(_));
-        let tabs = app.regions.all().iter().filter(|(_, region)| is_tab(region)).map(|(area, _)| area.right()).max();
+        let tabs = app.regions.iter().filter(|(_, region)| is_tab(region)).map(|(area, _)| area.right()).max();
         (text(&screen).lines().next().unwrap().to_owned(), 120 - usize::from(tabs.unwrap()))
     };
     let (_, room) = first_line("task1");
@@ -87,7 +87,7 @@ fn the_name_of_the_task_is_shown_at_a_distance_from_the_tabs() {
 fn a_key_and_its_word_in_the_last_line_can_be_clicked() {
     let (mut app, _) = app(typical());
     let screen = shot(&mut app, 120, 40);
-    let hints = app.regions.all().iter().filter(|(_, region)| matches!(region, HitRegion::Hint(_)));
+    let hints = app.regions.iter().filter(|(_, region)| matches!(region, HitRegion::Hint(_)));
     let hints: Vec<_> = hints.map(|(area, _)| *area).collect();
     assert!(hints.len() > 3);
     for area in hints {

@@ -9,7 +9,7 @@ use ratatui::style::{Color, Style};
 use ratatui::text::Text;
 use ratatui::widgets::{Row, Table, Widget};
 
-use super::super::{HitRegions, Ui};
+use super::super::{HitRegions, Ui, row_regions};
 use super::Runs;
 use super::columns::{self, Column};
 use super::line::Line;
@@ -125,5 +125,5 @@ pub fn draw(
         let colour = group.map_or(Color::Reset, |group| theme.visible(group.color));
         buffer[(area.x, area.y)].set_style(Style::reset().fg(colour));
     }
-    regions.add_rows(drawn);
+    regions.extend(row_regions(drawn));
 }

@@ -33,7 +33,7 @@ pub fn draw(ui: &Ui, line: &Line, about: &str, whole: bool, area: Rect, buffer: 
     let curves = CurvesState::default();
     let charts = [(Metric::Success, first), (Metric::Return, second)];
     for (metric, place) in charts.into_iter().filter(|_| !whole) {
-        Charts::new(&curves, shown(ui, line), ui).draw(metric, place, buffer, &mut HitRegions::default());
+        Charts::new(&curves, shown(ui, line), ui).draw(metric, place, buffer, &mut HitRegions::new());
     }
     let note = match line {
         Line::Run(run, _) if !run.note.is_empty() => lines(&printable(&run.note), rest.width, Style::new()).collect(),

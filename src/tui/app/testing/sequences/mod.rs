@@ -23,12 +23,13 @@ use super::{app, bring, change_run, empty, failed, grouped, press, shot, text, t
 use crate::tui::actions::Tab;
 use crate::tui::app::{App, QuitState, TerminalRequest};
 use crate::tui::chart::Range;
-use crate::tui::scene::{Object, View};
+use crate::tui::scene::View;
 use crate::tui::screens::HitRegion;
 use crate::tui::view::{Level, ViewModel};
 use crate::tui::widgets::theme::{ASCII, Depth, Palette, Theme};
 use mge_run::RunState;
 use mge_task as task;
+use mge_task::Object;
 
 /// Checks that after `keys` from a state the workspace was `asked` this and the screen contains `shown`.
 fn check(view: ViewModel, keys: &str, asked: &[&str], shown: &str) {
@@ -52,7 +53,7 @@ pub(super) fn mouse(app: &mut App, kind: MouseEventKind, (column, row): (u16, u1
 
 /// The first result of `find` on the regions.
 pub(super) fn region<T>(app: &App, find: impl Fn(Rect, HitRegion) -> Option<T>) -> T {
-    app.regions.all().iter().find_map(|(area, region)| find(*area, *region)).unwrap()
+    app.regions.iter().find_map(|(area, region)| find(*area, *region)).unwrap()
 }
 
 pub(super) fn scene(app: &App) -> View {
