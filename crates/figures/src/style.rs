@@ -123,11 +123,11 @@ pub fn colors(labels: &[(&str, Option<Color>)]) -> Vec<Color> {
         // All that begins with the same method tries the same colours: the rest of a label changes with other labels.
         let name = own.map_or(*label, |(name, _)| name);
         let first = name.bytes().fold(0, |sum: usize, byte| sum.wrapping_mul(31).wrapping_add(byte.into()));
-        let other = |next: usize| PALETTE[first.wrapping_add(next) % PALETTE.len()];
-        let mut free = own.map(|(_, color)| color).into_iter().chain((0..PALETTE.len()).map(other));
+        let other = |next: usize| shade(PALETTE[first.wrapping_add(next) % PALETTE.len()], next / PALETTE.len());
+        let mut all = own.map(|(_, color)| color).into_iter().chain((0..3 * PALETTE.len()).map(other));
         if given[place].is_none() {
-            let free = free.find(|color| !given.contains(&Some(*color)));
-            given[place] = free.or_else(|| Some(shade(other(place), place / PALETTE.len())));
+            let free = all.find(|color| !given.contains(&Some(*color)));
+            given[place] = free.or(Some(other(place)));
         }
     }
     given.into_iter().flatten().collect()
@@ -196,8 +196,8 @@ mod tests {
         assert_eq!(first[..2], colors(&[("DDPG", None), ("DDPG, b", None)]), "whatever comes after them");
         let kept = colors(&[("new", None), ("x", Some(first[2])), ("y", Some(first[2])), ("DDPG", None)]);
         assert!(kept[1] == first[2] && kept[2] != first[2] && kept[0] != first[2], "{kept:?}");
-        let many: Vec<String> = (0..13).map(|n| n.to_string()).collect();
+        let many: Vec<String> = (0..36).map(|n| n.to_string()).collect();
         let many = colors(&many.iter().map(|label| (&**label, None)).collect::<Vec<_>>());
-        assert!((0..13).all(|n| !many[..n].contains(&many[n])), "{many:?}");
+        assert!((0..36).all(|n| !many[..n].contains(&many[n])), "{many:?}");
     }
 }
