@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::tui::actions::Entry;
 use crate::tui::layers::search::{Searched, search, similar};
 use crate::tui::layers::tasks;
 use crate::tui::view::{RunSummary, ViewModel};
@@ -14,8 +15,25 @@ use mge_task::Property;
 use mge_trainer::{Method, RunConfig, config_keys, settings};
 use mge_workbench::{FigureKind, Verb};
 
-/// A completion with a short description.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+/// Actions, and other words for each.
+const SYNONYMS: [(&str, &str); 13] = [
+    ("train", "new start run"),
+    ("stop", "kill end cancel"),
+    ("undo", "revert"),
+    ("quit", "exit close leave"),
+    ("screen-log", "history messages"),
+    ("help", "keys shortcuts"),
+    ("set", "settings parameters hyperparameters options"),
+    ("restore", "undelete trash recover"),
+    ("delete-run", "remove"),
+    ("filter-runs", "search find"),
+    ("export-figure", "plot picture"),
+    ("theme", "colours colors dark light"),
+    ("task", "level load"),
+];
+
+/// A completion with a short description, or an action.
+#[derive(Debug, Clone, Default)]
 pub struct Value {
     /// The verb of which it is an argument, or the document in which it is described; empty for a part of an argument.
     of: &'static str,
@@ -25,6 +43,8 @@ pub struct Value {
     pub about: String,
     /// The present value of a setting.
     now: String,
+    /// The action, if it is one and no argument, and whether that applies in the current contexts.
+    pub action: Option<(&'static Entry, bool)>,
 }
 
 impl Value {
@@ -37,15 +57,24 @@ impl Value {
         Self { of, ..Self::new(text, about) }
     }
 
+    /// An action, by the name of its command, or else its own.
+    pub fn action(entry: &'static Entry, applies: bool) -> Self {
+        let name = entry.same_verb().map_or(entry.name, |verb| verb.name);
+        Self { action: Some((entry, applies)), ..Self::new(name, entry.about()) }
+    }
+
     /// The argument as a word of a command.
     pub fn quoted(&self) -> String {
         let is_special = self.text.contains([' ', '\'', '"', '\\', '#']);
         if is_special { shell_words::quote(&self.text).into() } else { self.text.clone() }
     }
 
-    /// The command with this argument, or where it is described.
+    /// The command with this argument, or where it is described; of an action the usage and the description.
     pub fn line(&self) -> String {
         let Self { of, text, .. } = self;
+        if let Some((entry, _)) = self.action {
+            return format!("{:<28} {}", entry.same_verb().map_or_else(|| text.clone(), Verb::usage), self.about);
+        }
         if self.is_document() { format!("docs/{of}: {text}") } else { format!("{of} {}", self.quoted()) }
     }
 
@@ -57,7 +86,11 @@ impl Value {
 
 impl Searched for Value {
     fn names(&self) -> Vec<&str> {
-        [&*self.text].into_iter().chain(self.is_document().then_some(self.of)).collect()
+        let Some((Entry { name, .. }, _)) = self.action else {
+            return [&*self.text].into_iter().chain(self.is_document().then_some(self.of)).collect();
+        };
+        let synonyms = SYNONYMS.iter().filter(|(of, _)| of == name).flat_map(|(_, words)| words.split(' '));
+        [*name, &*self.text].into_iter().chain(synonyms).collect()
     }
 
     fn about(&self) -> &str {

@@ -25,57 +25,6 @@ use mge_base::spelling::SIMILAR;
 use mge_base::text::counted;
 use mge_workbench::{Command, Verb, verbs};
 
-/// Actions, and other words for each.
-const SYNONYMS: [(&str, &str); 13] = [
-    ("train", "new start run"),
-    ("stop", "kill end cancel"),
-    ("undo", "revert"),
-    ("quit", "exit close leave"),
-    ("screen-log", "history messages"),
-    ("help", "keys shortcuts"),
-    ("set", "settings parameters hyperparameters options"),
-    ("restore", "undelete trash recover"),
-    ("delete-run", "remove"),
-    ("filter-runs", "search find"),
-    ("export-figure", "plot picture"),
-    ("theme", "colours colors dark light"),
-    ("task", "level load"),
-];
-
-/// A searchable action or command.
-#[derive(Clone, Copy)]
-struct Item {
-    entry: &'static Entry,
-    /// The action applies in the current contexts.
-    applies: bool,
-}
-
-impl Item {
-    /// The name of its command, or else its own.
-    fn shown_name(&self) -> &'static str {
-        self.entry.same_verb().map_or(self.entry.name, |verb| verb.name)
-    }
-
-    /// The usage of its command, or its name, with a description, in one line.
-    fn line(self) -> String {
-        let usage = self.entry.same_verb().map_or_else(|| self.entry.name.to_owned(), Verb::usage);
-        format!("{usage:<28} {}", self.entry.about())
-    }
-}
-
-impl Searched for Item {
-    /// Its own name, that of its command, and other words for the same.
-    fn names(&self) -> Vec<&str> {
-        let (name, verb) = (self.entry.name, self.entry.same_verb().map(|verb| verb.name));
-        let synonyms = SYNONYMS.iter().filter(|(of, _)| *of == name).flat_map(|(_, words)| words.split(' '));
-        [name].into_iter().chain(verb).chain(synonyms).collect()
-    }
-
-    fn about(&self) -> &str {
-        self.entry.about()
-    }
-}
-
 /// The command palette.
 #[derive(Educe)]
 #[educe(Default)]
@@ -84,16 +33,15 @@ pub struct CommandPalette {
     /// Greatest number of rows.
     #[educe(Default = 16)]
     height: u16,
-    items: Vec<Item>,
-    found: Vec<Item>,
+    actions: Vec<Value>,
     /// Everything that can be completed.
     arguments: Arguments,
-    /// Completions of the command being typed, or commands with arguments that contain the text; listed below `found`.
-    values: Vec<Value>,
+    /// The actions that are found, then completions of the command being typed, or else commands with arguments.
+    found: Vec<Value>,
     /// Commands entered so far, oldest first, and the index of the recalled one.
     history: Vec<String>,
     recalled: Option<usize>,
-    /// Index into `found` followed by `values` of what Enter does: none unless the typed text names it, or it was chosen.
+    /// The place of what Enter does: none unless the typed text names it, or it was chosen.
     selected: Option<usize>,
     /// Where each visible row was last drawn.
     rows: Vec<(Rect, usize)>,
@@ -104,42 +52,44 @@ pub struct CommandPalette {
 impl CommandPalette {
     /// A palette of all actions and commands, first those that apply in the contexts of the screen.
     pub fn new(contexts: &[Context], arguments: Arguments, history: Vec<String>) -> Self {
-        let item = |entry: &'static Entry| {
-            let applies = contexts.contains(&entry.context) && entry.context != Context::Typed;
-            Item { entry, applies }
-        };
-        let mut items: Vec<Item> = entries().iter().map(item).collect();
-        items.sort_by_key(|item| !item.applies);
-        Self { found: items.clone(), items, arguments, history, ..Self::default() }
+        let applies = |entry: &Entry| contexts.contains(&entry.context) && entry.context != Context::Typed;
+        let mut actions: Vec<Value> = entries().iter().map(|entry| Value::action(entry, applies(entry))).collect();
+        actions.sort_by_key(|value| !value.action.is_some_and(|(_, applies)| applies));
+        Self { found: actions.clone(), actions, arguments, history, ..Self::default() }
     }
 
     /// The palette with the actions of the screen first, as high as there is room.
     #[must_use]
     pub fn with_screen_first(mut self, contexts: &[Context]) -> Self {
-        let place = |item: &Item| contexts.iter().position(|context| *context == item.entry.context);
-        self.items.sort_by_key(|item| place(item).unwrap_or(usize::MAX));
-        Self { found: self.items.clone(), height: u16::MAX, ..self }
+        let place = |value: &Value| {
+            let (entry, _) = value.action?;
+            contexts.iter().position(|context| *context == entry.context)
+        };
+        self.actions.sort_by_key(|value| place(value).unwrap_or(usize::MAX));
+        Self { found: self.actions.clone(), height: u16::MAX, ..self }
+    }
+
+    fn chosen(&self) -> Option<&Value> {
+        self.found.get(self.selected?)
     }
 
     /// Carries out the typed line if it is a command, or else what is selected: chosen with the arrow keys, or named by
     /// the typed text.
     fn choose(&mut self) -> Response {
         let is_command = is_command(self.input.text().trim_start());
-        let Some(selected) = self.selected.filter(|selected| !is_command || *selected >= self.found.len()) else {
+        let Some(value) = self.chosen().filter(|value| !is_command || value.action.is_none()) else {
             return self.command();
         };
-        let Some(item) = self.found.get(selected) else {
-            let document = self.values.get(selected - self.found.len()).filter(|value| value.is_document());
-            if let Some(value) = document {
-                let text = format!("{}: {}", value.line(), value.about);
-                return Response::Do(Effect::call(move |app| app.warn(Level::Info, &text)));
-            }
+        if value.is_document() {
+            let text = format!("{}: {}", value.line(), value.about);
+            return Response::Do(Effect::call(move |app| app.warn(Level::Info, &text)));
+        }
+        let Some((entry, applies)) = value.action else {
             self.complete();
             return if takes_no_more(self.input.text()) { self.command() } else { Response::Stay };
         };
-        let entry = item.entry;
         match (entry.same_verb(), entry.context.tab()) {
-            _ if item.applies => Response::Do(Effect::call(|app| app.perform(entry))),
+            _ if applies => Response::Do(Effect::call(|app| app.perform(entry))),
             (None, Some(tab)) => Response::Do(Effect::call(move |app| {
                 app.show(tab);
                 app.perform(entry);
@@ -181,20 +131,21 @@ impl CommandPalette {
         let word = &typed[begun..];
         let begins = |value: &&Value| value.text.to_lowercase().starts_with(&word.to_lowercase());
         let is_number = word.parse::<f64>().is_ok();
-        let only = || search(&self.values, word).pop().filter(|_| self.values.len() == 1 && !is_number);
-        let chosen = self.selected.and_then(|selected| self.values.get(selected.checked_sub(self.found.len())?));
-        let best = self.values.iter().find(begins).or_else(only).filter(|_| is_command);
-        let text = if let Some(value) = chosen.filter(|value| !value.is_document()).or(best) {
+        let values = || self.found.iter().filter(|value| value.action.is_none());
+        let only = || search(values(), word).pop().filter(|_| values().count() == 1 && !is_number);
+        let chosen = self.chosen().filter(|value| value.action.is_none() && !value.is_document());
+        let text = if let Some(value) = chosen.or(values().find(begins).or_else(only).filter(|_| is_command)) {
             // More text follows a folder or `KEY=`.
             let is_followed = self.input.text()[typed.len()..].starts_with(' ');
             let end = if value.text.ends_with(['/', '=']) || is_followed { "" } else { " " };
             if is_command { value.quoted() + end } else { value.line() + end }
         } else if is_command {
             return;
-        } else if let Some(verb) = self.selected.and_then(|selected| self.found.get(selected)?.entry.same_verb()) {
+        } else if let Some(verb) = self.chosen().and_then(|value| value.action?.0.same_verb()) {
             format!("{} ", verb.name)
         } else {
-            let begin = self.found.iter().map(Item::shown_name).filter(|name| name.starts_with(word));
+            let actions = self.found.iter().filter(|value| value.action.is_some());
+            let begin = actions.map(|value| &*value.text).filter(|name| name.starts_with(word));
             let common = begin.reduce(|a, b| &a[..a.bytes().zip(b.bytes()).take_while(|(a, b)| a == b).count()]);
             common.unwrap_or(word).to_owned()
         };
@@ -222,45 +173,42 @@ impl CommandPalette {
 
     fn search(&mut self) {
         (self.error, self.recalled, self.selected) = (None, None, None);
-        self.values.clear();
-        let written = self.input.before_cursor().trim_start();
-        if let Some(verb) = verb_of(written).filter(|verb| verb.name.len() < written.len()) {
-            let words: Vec<&str> = written[verb.name.len()..].trim_start().split(' ').collect();
-            self.values = self.arguments.of(verb, &words);
-        }
-        let text = self.input.text().trim_start();
+        let (written, text) = (self.input.before_cursor().trim_start(), self.input.text().trim_start());
         if is_command(text) {
             let verb = verb_of(text).map(|verb| verb.name);
-            let has_it = |item: &&Item| item.entry.same_verb().map(|same| same.name) == verb;
-            self.found = self.items.iter().filter(has_it).copied().collect();
+            let has_it = |value: &&Value| value.action.and_then(|(entry, _)| Some(entry.same_verb()?.name)) == verb;
+            self.found = self.actions.iter().filter(has_it).cloned().collect();
+            if let Some(verb) = verb_of(written).filter(|verb| verb.name.len() < written.len()) {
+                let words: Vec<&str> = written[verb.name.len()..].trim_start().split(' ').collect();
+                self.found.extend(self.arguments.of(verb, &words));
+            }
             return;
         }
-        self.found = search(&self.items, text).into_iter().copied().collect();
-        self.values = self.arguments.lines_with(text);
-        if self.found.is_empty() {
-            let least = if self.values.is_empty() { 0.0 } else { SIMILAR };
-            self.found = similar(&self.items, text, least).into_iter().copied().collect();
+        let (mut actions, values) = (search(&self.actions, text), self.arguments.lines_with(text));
+        if actions.is_empty() {
+            actions = similar(&self.actions, text, if values.is_empty() { 0.0 } else { SIMILAR });
         }
+        self.found = actions.into_iter().cloned().chain(values).collect();
         self.selected = self.named(text);
     }
 
     /// The place of the action that a text names: in full, or as the only one that begins so; or of the task, run or
     /// setting of this name.
     fn named(&self, text: &str) -> Option<usize> {
-        let begins = |index: &usize| self.found[*index].names().iter().any(|name| name.starts_with(text));
-        let mut begun = (0..self.found.len()).filter(begins);
+        let begins = |value: &Value| value.action.is_some() && value.names().iter().any(|name| name.starts_with(text));
+        let mut begun = (0..self.found.len()).filter(|place| begins(&self.found[*place]));
         // What is named in full comes first.
-        if self.found.first().is_some_and(|item| item.names().contains(&text)) {
-            return Some(0);
-        }
-        let argument = self.values.iter().position(|value| value.text == text).map(|place| self.found.len() + place);
-        argument.or_else(|| begun.next().filter(|_| !text.is_empty() && begun.next().is_none()))
+        let named = self.found.iter().position(|value| match value.action {
+            Some(_) => value.names().contains(&text),
+            None => value.text == text,
+        });
+        named.or_else(|| begun.next().filter(|_| !text.is_empty() && begun.next().is_none()))
     }
 }
 
 impl Layer for CommandPalette {
     fn key(&mut self, key: KeyEvent) -> Response {
-        let (page, last) = (self.rows.len().max(1), (self.found.len() + self.values.len()).saturating_sub(1));
+        let (page, last) = (self.rows.len().max(1), self.found.len().saturating_sub(1));
         match key.code {
             KeyCode::Esc => return Response::Leave,
             KeyCode::Up if self.selected.unwrap_or(0) == 0 && self.recall(true) => {}
@@ -268,7 +216,8 @@ impl Layer for CommandPalette {
             KeyCode::Up => self.selected = self.selected.and_then(|index| index.checked_sub(1)),
             KeyCode::Down | KeyCode::PageDown => {
                 let by = if key.code == KeyCode::Down { 1 } else { page };
-                let first = if is_command(self.input.text()) && !self.values.is_empty() { self.found.len() } else { 0 };
+                let value = self.found.iter().position(|value| value.action.is_none());
+                let first = value.filter(|_| is_command(self.input.text())).unwrap_or(0);
                 self.selected = Some(self.selected.map_or(first + by - 1, |index| index + by).min(last));
             }
             KeyCode::PageUp => self.selected = self.selected.map(|index| index.saturating_sub(page)),
@@ -298,18 +247,17 @@ impl Layer for CommandPalette {
     }
 
     fn draw(&mut self, area: Rect, theme: &Theme, buffer: &mut Buffer) -> Option<Position> {
-        let count = self.found.len() + self.values.len();
-        let commands = Some(self.found.len()).filter(|found| *found > 0).map(|found| counted(found, "command") + " · ");
+        let (count, is_command) = (self.found.len(), is_command(self.input.text()));
+        let commands = self.found.iter().filter(|value| value.action.is_some()).count();
+        let commands = Some(commands).filter(|found| *found > 0).map(|found| counted(found, "command") + " · ");
         let title = format!("{}enter: run   tab: complete   esc: close", commands.unwrap_or_default());
         let inside = frame(&title, (116, self.height.min(area.height)), area, theme, buffer);
         let cursor = line(&self.input, ": ", inside, theme, buffer);
         let width = usize::from(inside.width);
         let mut below = Rect { y: inside.y + 1, height: inside.height - 1, ..inside };
         // What is wrong is at the bottom, or the description of the selected line if it has little room for it.
-        let about = self.selected.and_then(|selected| match self.found.get(selected) {
-            Some(item) => (columns::width(&item.line()) + 12 > width).then(|| item.entry.about()),
-            None => Some(&*self.values.get(selected - self.found.len())?.about),
-        });
+        let is_long = |value: &&Value| value.action.is_none() || columns::width(&value.line()) + 12 > width;
+        let about = self.chosen().filter(is_long).map(|value| &*value.about);
         if let Some(text) = self.error.as_deref().or(about) {
             let style = if self.error.is_some() { Style::new().fg(theme.bad) } else { theme.faint() };
             let lines = wrap(text, width);
@@ -318,18 +266,18 @@ impl Layer for CommandPalette {
             Text::from_iter(lines).style(style).render(bottom, buffer);
         }
         let row = |index: usize| {
-            let Some(item) = self.found.get(index) else {
-                let (value, is_command) = (&self.values[index - self.found.len()], is_command(self.input.text()));
+            let value = &self.found[index];
+            let Some((entry, applies)) = value.action else {
                 let text = if is_command { value.text.clone() } else { value.line() };
                 return Row::new([Line::raw(shortened(&format!("  {text:<30}  {}", value.about), width, false))]);
             };
-            let keys = match item.entry.context.tab().filter(|_| item.entry.same_verb().is_none()) {
-                _ if item.applies => item.entry.keys.to_owned(),
-                Some(tab) => format!("{} on {}", item.entry.keys, tab.name()),
+            let keys = match entry.context.tab().filter(|_| entry.same_verb().is_none()) {
+                _ if applies => entry.keys.to_owned(),
+                Some(tab) => format!("{} on {}", entry.keys, tab.name()),
                 None => String::new(),
             };
             let room = width.saturating_sub(keys.len());
-            let text = shortened(&item.line(), room.saturating_sub(1), false);
+            let text = shortened(&value.line(), room.saturating_sub(1), false);
             Row::new([Line::from(vec![Span::raw(format!("{text:<room$}")), Span::styled(keys, theme.strong())])])
         };
         self.rows = list::draw(count, self.selected, row, &[Constraint::Fill(1)], below, theme, buffer);
@@ -430,7 +378,7 @@ mod tests {
         for (typed, verb) in [("epsilon 0.3", "epsilon"), ("undo", "undo")] {
             let mut written = palette(&[Context::Everywhere], &[]);
             written.paste(typed);
-            assert!(written.found.iter().any(|item| item.entry.name == verb), "{typed}");
+            assert!(written.found.iter().any(|value| value.text == verb), "{typed}");
         }
     }
 
@@ -456,8 +404,8 @@ mod tests {
         let listed = |typed: &str| {
             let mut palette = palette(&[Context::Everywhere], &[]);
             palette.paste(typed);
-            let found = palette.found.iter().map(|item| item.entry.name.to_owned());
-            found.chain(palette.values.iter().map(Value::line)).collect::<Vec<_>>()
+            let shown = |value: &Value| if value.action.is_some() { value.text.clone() } else { value.line() };
+            palette.found.iter().map(shown).collect::<Vec<_>>()
         };
         assert_eq!(listed("undoo")[0], "undo");
         assert!(listed("nosuch cmd").len() > 1);
@@ -482,7 +430,7 @@ mod tests {
         let offered = |typed: &str| {
             let mut palette = palette(&[Context::Everywhere], &[]);
             palette.paste(typed);
-            palette.values.iter().map(Value::line).collect::<Vec<_>>()
+            palette.found.iter().filter(|value| value.action.is_none()).map(Value::line).collect::<Vec<_>>()
         };
         assert!(offered("gamma").contains(&"set ddpg.gamma".to_owned()));
         assert!(offered("task3").contains(&"task task3".to_owned()));
@@ -499,7 +447,7 @@ mod tests {
         let found = |typed: &str| {
             let mut palette = palette(&[Context::Runs, Context::Everywhere], &[]);
             palette.paste(typed);
-            Some(palette.found.get(palette.selected?)?.entry.name)
+            Some(palette.chosen()?.action?.0.name)
         };
         assert_eq!((found("q"), found("exit")), (Some("quit"), Some("quit")));
         for (word, name) in [("new", "train"), ("undelete", "restore"), ("settings", "set"), ("history", "screen-log")]
@@ -513,7 +461,7 @@ mod tests {
         for (words, name) in [("backgrounds", "theme"), ("svg export", "export-svg"), ("critic value", "show-critic")] {
             let mut palette = palette(&[Context::Everywhere], &[]);
             palette.paste(words);
-            assert_eq!(palette.found.first().map(|item| item.entry.name), Some(name), "{words}");
+            assert_eq!(palette.found.first().map(|value| value.action.unwrap().0.name), Some(name), "{words}");
         }
     }
 
