@@ -12,11 +12,11 @@ use super::output::{self, Outcome};
 use super::session::RUNS;
 use mge_base::json;
 use mge_base::text::{counted, number, span};
-use mge_results::{FoundRun, differences, find_runs, read_runs, result_label};
+use mge_results::{FoundRun, differences, find_runs, interventions, read_runs, result_label};
 use mge_run::{RunDirectory, RunError, RunHistory};
 use mge_task::is_edited;
 use mge_trainer::non_default_settings;
-use mge_workbench::listing::{self, Grouping, RunSummary, read_run};
+use mge_workbench::listing::{Grouping, RunSummary, read_run};
 use mge_workbench::run_label;
 
 /// Lists runs. Damaged ones are named on stderr.
@@ -97,7 +97,7 @@ fn entry(run: &RunSummary) -> Value {
 /// begun.
 fn done_to(run: &FoundRun) -> (Vec<String>, RunHistory) {
     let history = RunHistory::read(&RunDirectory::at(&run.path)).unwrap_or_default();
-    let all = listing::interventions(&run.config, &history.interventions).into_iter();
+    let all = interventions(&run.config, &history.interventions).into_iter();
     (all.map(|(episode, text)| format!("episode {episode}: {text}")).collect(), history)
 }
 

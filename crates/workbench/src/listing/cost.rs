@@ -16,13 +16,11 @@ const RECENT: usize = 500;
 /// learn, cost little time. Without action clusters there is no model to train.
 pub fn comparable<'a>(runs: &'a [Arc<RunSummary>], task: &str, method: Method, episodes: u64) -> Vec<&'a RunSummary> {
     let recent = runs.iter().rev().take(RECENT).map(|run| &**run);
+    let kind = |method: Method| [method.learns(), method.has_clusters()];
     let kinship = |run: &&RunSummary| match &run.config {
         config if config.method == method && config.task.name == task => 0,
         config if config.method == method => 1,
-        config if config.method.has_clusters() == method.has_clusters() => {
-            2 + u8::from(config.method.learns() != method.learns())
-        }
-        _ => 3,
+        config => 2 + u8::from(kind(config.method) != kind(method)),
     };
     let mut all: Vec<_> = recent.filter(|run| run.done > 0 && 2 * run.done >= episodes && kinship(run) < 3).collect();
     let closest = all.iter().map(kinship).min();

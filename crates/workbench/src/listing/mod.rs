@@ -5,7 +5,6 @@ mod curves;
 pub(crate) mod folder;
 mod groups;
 mod histories;
-mod interventions;
 mod models;
 mod summary;
 
@@ -18,7 +17,6 @@ pub use cost::{comparable, cost_of_an_episode};
 pub use curves::{Curves, XAxis};
 pub use folder::read_run;
 pub use groups::{GroupCurves, Grouping, RunGroup, scores_of};
-pub use interventions::interventions;
 pub use models::ModelSummary;
 pub use summary::RunSummary;
 

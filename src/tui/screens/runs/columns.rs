@@ -54,24 +54,22 @@ const COMMON: [(&str, u16, Cell); 7] = [
 pub fn fitting(chosen: &[String], lines: &[Line], room: u16, ui: &Ui) -> Vec<Column> {
     let lines = &lines[..lines.len().min(JUDGED)];
     let common = COMMON.map(|(heading, width, cell)| Column { heading: heading.into(), width, cell });
-    if !chosen.is_empty() {
-        let column = |name: &String| {
-            let common = common.iter().find(|column| column.heading.replace(' ', "-") == *name);
-            common.cloned().unwrap_or_else(|| of_setting(name, lines, ui))
-        };
-        let mut left = room;
-        let fits = |column: &Column| left.checked_sub(column.width + 1).inspect(|rest| left = *rest).is_some();
-        return chosen.iter().map(column).take_while(fits).collect();
-    }
     let fitting = |columns: Vec<Column>, room: &mut u16| -> Vec<Column> {
         let fits = |column: &Column| {
-            let is_told = |line: &Line| (column.cell)(line, ui, &column.heading).is_some();
+            let is_told = |line: &Line| !chosen.is_empty() || (column.cell)(line, ui, &column.heading).is_some();
             let left = room.checked_sub(column.width + 1).filter(|_| lines.iter().any(is_told));
             *room = left.unwrap_or(*room);
             left.is_some()
         };
         columns.into_iter().filter(fits).collect()
     };
+    if !chosen.is_empty() {
+        let column = |name: &String| {
+            let common = common.iter().find(|column| column.heading.replace(' ', "-") == *name);
+            common.cloned().unwrap_or_else(|| of_setting(name, lines, ui))
+        };
+        return fitting(chosen.iter().map(column).collect(), &mut { room });
+    }
     let [success, others @ ..] = common;
     let room = room.saturating_sub(success.width + 1);
     let mut half = room / 2;
@@ -110,10 +108,10 @@ pub fn known() -> impl Iterator<Item = [&'static str; 2]> + Clone {
 }
 
 /// The value of a setting, unless the method does not use it.
-fn setting(line: &Line, ui: &Ui, path: &str) -> Option<String> {
+pub fn setting(line: &Line, ui: &Ui, path: &str) -> Option<String> {
     let run = line.foremost();
     match path {
-        "epsilon" if run.config.method.uses(path) => Some(run.config.epsilon.describe()),
+        "epsilon" => run.config.method.uses(path).then(|| run.config.epsilon.describe()),
         "seed" | "name" | "folder" | "note" if line.is_group() => None,
         _ => filter::value(run, path, ui).map(|value| printable(&json::text(&value)).into_owned()),
     }

@@ -13,7 +13,7 @@ use super::super::{HitRegions, Ui, row_regions};
 use super::Runs;
 use super::columns::{self, Column};
 use super::line::Line;
-use crate::tui::view::{RunGroup, RunSummary};
+use crate::tui::view::RunGroup;
 use crate::tui::widgets::columns::{shortened, width};
 use crate::tui::widgets::list;
 
@@ -22,9 +22,7 @@ pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
     let mut lines: Vec<Line<'a>> = Vec::new();
     // The index of each group's line, by the address of the group.
     let mut places: HashMap<*const RunGroup, usize> = HashMap::new();
-    let all = ui.view.runs.iter().rev().map(|run| &**run);
-    let (listed, hidden): (Vec<&RunSummary>, Vec<_>) = all.partition(|run| state.filter.accepts(run, ui));
-    for run in listed {
+    for run in ui.view.runs.iter().rev().map(|run| &**run).filter(|run| state.filter.accepts(run, ui)) {
         let Some(group) = ui.view.groups.of(&run.path).filter(|group| group.runs.len() > 1) else {
             lines.push(Line::Run(run, false));
             continue;
@@ -35,17 +33,15 @@ pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
             _ => lines.push(Line::Group(group, vec![run], 0)),
         }
     }
-    for group in hidden.into_iter().filter_map(|run| ui.view.groups.of(&run.path)) {
-        let place = places.get(&std::ptr::from_ref(group));
-        if let Some(Line::Group(.., hidden)) = place.and_then(|place| lines.get_mut(*place)) {
-            *hidden += 1;
-        }
-    }
     for line in &mut lines {
         match line {
             // A group of which only one run is listed is not folded.
             Line::Group(_, runs, _) if runs.len() == 1 => *line = Line::Run(runs[0], false),
-            Line::Group(_, runs, _) => runs.sort_by_key(|run| run.config.seed),
+            Line::Group(group, runs, hidden) => {
+                // Without a filter, the others are gone: the groups are those of a moment ago.
+                *hidden = if state.filter.text.is_empty() { 0 } else { group.runs.len().saturating_sub(runs.len()) };
+                runs.sort_by_key(|run| run.config.seed);
+            }
             Line::Run(..) => {}
         }
     }

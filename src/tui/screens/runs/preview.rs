@@ -10,8 +10,8 @@ use super::super::charts::{Charts, Shown};
 use super::super::curves::CurvesState;
 use super::super::pane::{fitted, lines, pane};
 use super::super::{HitRegions, Ui};
+use super::columns;
 use super::line::Line;
-use mge_base::json;
 use mge_base::text::printable;
 use mge_run::Metric;
 
@@ -67,15 +67,11 @@ fn section(ui: &Ui, heading: &str, text: Vec<TextLine<'static>>, width: u16) -> 
 
 /// The main settings of a line, and those in which it differs from the others on its task.
 fn settings(ui: &Ui, line: &Line, width: u16) -> Vec<TextLine<'static>> {
-    let run = line.runs()[0];
-    let config = &run.config;
-    let mut all = vec![("method".to_owned(), config.method.label().to_owned())];
-    if config.method.uses("epsilon") {
-        all.push(("epsilon".to_owned(), config.epsilon.describe()));
-    }
-    all.push(("episodes".to_owned(), config.episodes.to_string()));
-    let differing = ui.view.groups.settings(&run.path).into_iter().flatten();
-    let others = differing.filter(|(path, _)| *path != "epsilon" && *path != "episodes");
-    all.extend(others.map(|(path, value)| (path.clone(), printable(&json::text(value)).into_owned())));
-    all.into_iter().flat_map(|(path, value)| lines(&format!("{path} {value}"), width, Style::new())).collect()
+    let run = line.foremost();
+    let main = ["epsilon", "episodes"];
+    let differing = ui.view.groups.settings(&run.path).into_iter().flatten().map(|(path, _)| &**path);
+    let paths = main.into_iter().chain(differing.filter(|path| !main.contains(path)));
+    let others = paths.filter_map(|path| Some(format!("{path} {}", columns::setting(line, ui, path)?)));
+    let all = std::iter::once(format!("method {}", run.config.method.label())).chain(others);
+    all.flat_map(|text| lines(&text, width, Style::new())).collect()
 }
