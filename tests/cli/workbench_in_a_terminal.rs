@@ -239,46 +239,95 @@ fn an_unknown_word_and_a_missing_terminal_give_one_line() {
     assert!(message.contains("mge script"), "{message}");
 }
 
-/// What a terminal sends for a key of the document.
-fn typed(key: &str) -> &str {
+/// What a terminal sends for what the document says to type: lines of the shell and of the palette, or keys, between
+/// which texts may stand in quotes.
+fn typed(keys: &str) -> String {
+    if keys.starts_with("mge") || keys.starts_with(':') && !keys.starts_with(": ") {
+        return format!("{keys}\r");
+    }
+    let mut is_text = true;
+    let pieces = keys.split('"').map(|piece| {
+        is_text = !is_text;
+        if is_text { piece.to_owned() } else { piece.split_whitespace().map(sent).collect() }
+    });
+    pieces.collect()
+}
+
+fn sent(key: &str) -> &str {
     match key {
         "enter" => "\r",
         "esc" => "\x1b",
         "tab" => "\t",
+        "space" => " ",
         "left" => "\x1b[D",
         "right" => "\x1b[C",
+        "up" => "\x1b[A",
+        "down" => "\x1b[B",
         "ctrl-u" => "\x15",
+        // As a table writes it.
+        r"\|" => "|",
         key => key,
     }
+}
+
+/// Whether the screen has all of `present` and nothing of `absent`.
+fn has(screen: &vt100::Screen, present: &[&str], absent: &[&str]) -> bool {
+    let contents = screen.contents();
+    let is_there = |text: &&str| match *text {
+        // The shell waits for a line.
+        "$" => contents.trim_end().lines().last() == Some("$"),
+        text => contents.contains(text),
+    };
+    present.iter().all(is_there) && !absent.iter().any(is_there)
+}
+
+/// The texts between backticks that appear, and those after "no longer".
+fn texts(shown: &str) -> (Vec<&str>, Vec<&str>) {
+    let pieces: Vec<&str> = shown.split('`').collect();
+    let texts = pieces.chunks_exact(2).map(|piece| (piece[0], piece[1]));
+    let (gone, shown): (Vec<_>, Vec<_>) = texts.partition(|(words, _)| words.contains("no longer"));
+    (shown.iter().map(|text| text.1).collect(), gone.iter().map(|text| text.1).collect())
+}
+
+/// A first day in a terminal of a size: no point shows its texts before its keys, or as what is typed.
+fn spend_the_first_day(points: &[&str], columns: u16, rows: u16) {
+    let folder = tempfile::tempdir().unwrap();
+    // `mge`, and a viewer of figures that shows nothing.
+    let programs = tempfile::tempdir().unwrap();
+    for (name, program) in [("mge", MGE), ("xdg-open", "/bin/true")] {
+        std::os::unix::fs::symlink(program, programs.path().join(name)).unwrap();
+    }
+    let mut shell = CommandBuilder::new("sh");
+    shell.cwd(folder.path());
+    shell.env("PS1", "$ ");
+    shell.env("PATH", format!("{}:/usr/bin:/bin", programs.path().display()));
+    let mut terminal = Terminal::start(shell, PLAIN);
+    terminal.resize(columns, rows);
+    for point in points {
+        let [_, keys, shown] = point.split(" | ").collect::<Vec<_>>()[..] else { panic!("{point}") };
+        let keys = keys.trim_matches('`');
+        let (shown, gone) = texts(shown);
+        assert!(!shown.iter().any(|text| keys.contains(text)), "shows what was typed: {point}");
+        let point = format!("at {columns}x{rows}: {point}");
+        let before = if keys.starts_with("mge") { [&gone[..], &["$"]].concat() } else { gone.clone() };
+        terminal.wait_until(&format!("the screen before {point}"), |screen| has(screen, &before, &shown));
+        terminal.type_text(&typed(keys));
+        terminal.wait_until(&point, |screen| has(screen, &shown, &gone));
+    }
+    terminal.wait_until_restored();
+    terminal.type_text("exit\r");
+    assert_eq!(terminal.wait_for_exit(), 0);
 }
 
 #[test]
 fn the_first_day_shows_what_its_document_says() {
     let document = include_str!("../../docs/first-day.md");
     let points: Vec<&str> = document.lines().filter(|line| line.starts_with("| ") && line.contains(". ")).collect();
-    assert_eq!(points.len(), 44);
-    for (columns, rows) in [(120, 40), (80, 24), (200, 60)] {
-        let folder = tempfile::tempdir().unwrap();
-        let mut terminal = open(folder.path(), &[]);
-        terminal.wait_for("welcome");
-        terminal.resize(columns, rows);
-        for point in &points {
-            let [_, keys, _, shown, _] = point.split('`').collect::<Vec<_>>()[..] else { panic!("{point}") };
-            if keys.starts_with(':') {
-                terminal.type_text(&format!("{keys}\r"));
-            } else {
-                keys.split(' ').for_each(|key| terminal.type_text(typed(key)));
-            }
-            if keys.ends_with("esc") {
-                // What follows an escape character at once belongs to it.
-                std::thread::sleep(std::time::Duration::from_millis(300));
-            }
-            let is_shown = |screen: &vt100::Screen| screen.contents().contains(shown);
-            terminal.wait_until(&format!("at {columns}x{rows}: {point}"), is_shown);
+    assert!(points.len() >= 45);
+    std::thread::scope(|scope| {
+        for (columns, rows) in [(80, 24), (120, 40), (200, 60)] {
+            let points = &points;
+            scope.spawn(move || spend_the_first_day(points, columns, rows));
         }
-        assert!(folder.path().join("day.mge").exists());
-        terminal.type_text("q");
-        assert_eq!(terminal.wait_for_exit(), 0);
-        terminal.wait_until_restored();
-    }
+    });
 }
