@@ -122,7 +122,7 @@ fn a_run_is_renamed_and_gets_the_name_of_its_folder_back() {
     succeed(curve("curve=the best"));
     let drawn = std::fs::read_to_string(here.join("one/learning.svg")).unwrap();
     assert!(drawn.contains("the best") && !drawn.contains("gamma 0.5"), "by the name in the legend");
-    fail(curve("reference=the bets"), "use one of DDPG, ddpg.gamma 0.5; the best: did you mean `the best`?");
+    fail(curve("reference=the bets"), "no runs are called `the bets`: did you mean `the best`?");
     succeed(mge(here, ["report", "runs", "--reference", "the best", "--out", "report", "--resamples", "10"]));
     fail(mge(here, ["rename", "runs/a", "b/c"]), "a name has at most");
     fail(mge(here, ["rename", "runs/c", "d"]), "runs/c");
