@@ -79,7 +79,7 @@ impl Session {
                     reporter.progress(done, total);
                 }
             };
-            let prior = build_prior(&config, on_phase, reporter.stop()).map_err(|error| error.to_string())?;
+            let prior = build_prior(&config, on_phase, &reporter.stop)?;
             let saved = to.map(|to| save(&prior, &to)).transpose();
             Ok((prior, saved))
         };

@@ -55,3 +55,9 @@ pub enum SessionError {
     #[error("{0}")]
     Failed(String),
 }
+
+impl From<String> for SessionError {
+    fn from(reason: String) -> Self {
+        Self::Failed(reason)
+    }
+}

@@ -32,8 +32,8 @@ impl Session {
         let drawing = self.figure(command.kind, &command.composition)?;
         let report = format!("drawing {}", command.to.path.display());
         let (to, dpi) = (command.to.clone(), command.dpi);
-        let work = move |reporter: &Reporter| -> Result<(PathBuf, String), String> {
-            atomic::create_parent(&to.path).map_err(|error| RunError::io("write", &to.path)(error).to_string())?;
+        let work = move |reporter: &Reporter| {
+            atomic::create_parent(&to.path).map_err(RunError::io("write", &to.path))?;
             let drawn = drawing(&mut |done, all| _ = reporter.progress(done, all))?;
             let DrawnFigure { figure, seeds, config_hash, remark } = drawn;
             let provenance = Provenance::new(made_by, &seeds, config_hash);

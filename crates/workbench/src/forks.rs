@@ -35,11 +35,10 @@ impl Session {
         }
         let work = move |reporter: &Reporter| {
             let progress = |done: u64, all: u64| _ = reporter.progress(done as usize, all as usize);
-            let fork = trainer::fork(&source, &path, config, progress, reporter.stop());
+            let fork = trainer::fork(&source, &path, config, progress, &reporter.stop);
             // Removes the reserved folder only if it is still empty.
             let fork = fork.inspect_err(|_| _ = std::fs::remove_dir(&path));
-            let directory = fork.map_err(|error| error.to_string())?;
-            RunView::new(directory).map_err(|error| error.to_string())?.with_whole_log(reporter.stop())
+            Ok(RunView::new(fork?)?.with_whole_log(&reporter.stop)?)
         };
         let asked = command.clone();
         self.start_job(command.clone(), work, move |session, made| {
@@ -47,7 +46,7 @@ impl Session {
             session.journal.note(Watch(number).into(), Some(number));
             session.journal.note(asked.clone().into(), Some(added));
             let current = session.runs.current;
-            let report = session.start_run(added, asked.until, "training in").map_err(|error| error.to_string());
+            let report = session.start_run(added, asked.until, "training in");
             // A run that was chosen while the fork was made stays the current one.
             session.runs.current = current.filter(|current| *current != number).or(session.runs.current);
             report
@@ -71,7 +70,7 @@ impl Session {
         let done = run.history().records.len();
         // While its log is being read, that is found when the fork is made.
         if !run.unread && done < command.episode as usize {
-            return Err(SessionError::Failed(format!("{name} has {done} episodes, not {}", command.episode)));
+            return Err(format!("{name} has {done} episodes, not {}", command.episode).into());
         }
         if config.episodes <= command.episode {
             let few = format!("is {}, but a fork at episode {} needs more", config.episodes, command.episode);

@@ -5,14 +5,15 @@ use std::sync::Arc;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use mge_env::{Action, Environment, EpisodeOver, Snapshot, Step};
+use mge_env::{Action, Environment, EpisodeOver, Step};
 use mge_task::Task;
 use mge_trainer::{Source, Trace};
 
 /// An episode played by hand.
 #[derive(Debug, Clone)]
 pub struct HandPlay {
-    env: Environment,
+    /// The episode.
+    pub env: Environment,
     /// The episode so far.
     pub trace: Arc<Trace>,
 }
@@ -31,15 +32,5 @@ impl HandPlay {
     /// When the episode is over.
     pub fn place(&mut self, place: Action) -> Result<Step, EpisodeOver> {
         Arc::make_mut(&mut self.trace).step(&mut self.env, place, Source::Hand)
-    }
-
-    /// The current state of the episode.
-    pub fn snapshot(&self) -> &Snapshot {
-        self.env.snapshot()
-    }
-
-    /// The task being played.
-    pub fn task(&self) -> &Arc<Task> {
-        self.env.task()
     }
 }

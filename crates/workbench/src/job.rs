@@ -14,16 +14,9 @@ pub(super) const CANCELLED: &str = "the computation was cancelled: the same comm
 
 /// A computation on its own thread.
 pub struct Job<T> {
-    shared: Arc<Shared>,
+    reporter: Arc<Reporter>,
     /// An error if the thread could not be spawned.
     thread: io::Result<JoinHandle<Result<T, String>>>,
-}
-
-/// State shared by the computation and the owner of the job.
-#[derive(Debug, Default)]
-struct Shared {
-    progress: Mutex<Progress>,
-    cancelled: Stop,
 }
 
 /// How much of a computation is done; unknown while `total` is 0.
@@ -43,19 +36,18 @@ impl Progress {
 }
 
 /// The computation's side of a job.
-#[derive(Debug)]
-pub struct Reporter(Arc<Shared>);
+#[derive(Debug, Default)]
+pub struct Reporter {
+    progress: Mutex<Progress>,
+    /// The stop request, for code that polls it itself.
+    pub stop: Stop,
+}
 
 impl Reporter {
     /// Reports how much is done; false if the computation should end.
     pub fn progress(&self, done: usize, total: usize) -> bool {
-        *lock(&self.0.progress) = Progress { done, total };
-        !self.stop().is_requested()
-    }
-
-    /// The stop request, for code that polls it itself.
-    pub fn stop(&self) -> &Stop {
-        &self.0.cancelled
+        *lock(&self.progress) = Progress { done, total };
+        !self.stop.is_requested()
     }
 }
 
@@ -67,22 +59,22 @@ pub(super) fn caught<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, S
 
 impl<T> fmt::Debug for Job<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Job").field("shared", &self.shared).finish_non_exhaustive()
+        f.debug_struct("Job").field("reporter", &self.reporter).finish_non_exhaustive()
     }
 }
 
 impl<T: Send + 'static> Job<T> {
     /// Starts a job. If no thread can be spawned, that error is its result.
     pub fn spawn(work: impl FnOnce(&Reporter) -> Result<T, String> + Send + 'static) -> Self {
-        let shared: Arc<Shared> = Arc::default();
-        let reporter = Reporter(shared.clone());
-        let body = move || caught(|| work(&reporter));
-        Self { shared, thread: std::thread::Builder::new().name("mge-job".to_owned()).spawn(body) }
+        let reporter: Arc<Reporter> = Arc::default();
+        let own = reporter.clone();
+        let body = move || caught(|| work(&own));
+        Self { reporter, thread: std::thread::Builder::new().name("mge-job".to_owned()).spawn(body) }
     }
 
     /// How much is done.
     pub fn progress(&self) -> Progress {
-        *lock(&self.shared.progress)
+        *lock(&self.reporter.progress)
     }
 
     /// Whether the result is available.
@@ -104,7 +96,7 @@ impl<T: Send + 'static> Job<T> {
 
     /// Requests cancellation: the computation ends when it next polls the request or reports progress.
     pub fn cancel(&self) {
-        self.shared.cancelled.request();
+        self.reporter.stop.request();
     }
 }
 

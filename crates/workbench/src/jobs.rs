@@ -12,7 +12,7 @@ use super::{Session, SessionError};
 const POLL_INTERVAL: Duration = Duration::from_millis(10);
 
 /// Applies a result to the session, and returns the report or the reason of the failure.
-type Completion = Box<dyn FnOnce(&mut Session) -> Result<String, String> + Send>;
+type Completion = Box<dyn FnOnce(&mut Session) -> Result<String, SessionError> + Send>;
 
 /// A job started by a command.
 #[derive(Debug)]
@@ -29,8 +29,8 @@ impl Session {
     pub(super) fn start_job<T: Send + 'static>(
         &mut self,
         command: impl Into<Command>,
-        work: impl FnOnce(&Reporter) -> Result<T, String> + Send + 'static,
-        complete: impl FnOnce(&mut Self, Result<T, String>) -> Result<String, String> + Send + 'static,
+        work: impl FnOnce(&Reporter) -> Result<T, SessionError> + Send + 'static,
+        complete: impl FnOnce(&mut Self, Result<T, String>) -> Result<String, SessionError> + Send + 'static,
     ) {
         #[cfg(test)]
         let work = {
@@ -41,9 +41,9 @@ impl Session {
             }
         };
         let work = move |reporter: &Reporter| {
-            let result = match reporter.stop().is_requested() {
+            let result = match reporter.stop.is_requested() {
                 true => Err(CANCELLED.to_owned()),
-                false => caught(|| work(reporter)),
+                false => caught(|| work(reporter).map_err(|error| error.to_string())),
             };
             Ok(Box::new(move |session: &mut Self| complete(session, result)) as Completion)
         };
@@ -83,7 +83,7 @@ impl Session {
         }
         while let Some(index) = self.jobs.iter().position(|pending| pending.job.is_finished()) {
             let CommandJob { command, entries, job, .. } = self.jobs.remove(index);
-            let outcome = job.result().and_then(|complete| complete(self));
+            let outcome = job.result().and_then(|complete| complete(self).map_err(|error| error.to_string()));
             if outcome.is_err() {
                 self.journal.forget(&entries);
             }
@@ -120,7 +120,7 @@ impl Session {
             for notice in self.poll() {
                 on_notice(&notice);
                 if let Some(reason) = self.failure_in(&notice) {
-                    return Err(SessionError::Failed(reason));
+                    return Err(reason.into());
                 }
             }
             if idle {
@@ -129,7 +129,7 @@ impl Session {
             std::thread::sleep(POLL_INTERVAL);
         }
         match self.run().filter(|run| run.trained_here).and_then(|run| run.failure()) {
-            Some(reason) => Err(SessionError::Failed(reason.to_owned())),
+            Some(reason) => Err(reason.to_owned().into()),
             None => Ok(self.activity()),
         }
     }
@@ -172,9 +172,10 @@ mod tests {
         let held = gate.lock().unwrap();
         let command = |seed| Command::from(Seed(seed));
         for seed in 0..2 {
-            let wait =
-                |reporter: &Reporter| if reporter.stop().is_requested() { Err("cancelled".to_owned()) } else { Ok(()) };
-            session.start_job(command(seed), wait, |_, result| result.map(|()| "computed".to_owned()));
+            let wait = |reporter: &Reporter| {
+                if reporter.stop.is_requested() { Err("cancelled".to_owned().into()) } else { Ok(()) }
+            };
+            session.start_job(command(seed), wait, |_, result| Ok(result.map(|()| "computed".to_owned())?));
         }
         session.cancel(&command(1));
         drop(held);

@@ -27,8 +27,7 @@ impl Session {
         }
         let ModelTrain { tools, to, epochs, settings } = command.clone();
         if to.path.parent() == Some(Path::new(MODELS)) && !is_listed(&to.path) {
-            let reason = format!("{}: a model there ends in .safetensors, or has no ending", to.path.display());
-            return Err(SessionError::Failed(reason));
+            return Err(format!("{}: a model there ends in .safetensors, or has no ending", to.path.display()).into());
         }
         let (tools, seed) = (tools.to_string(), self.config().seed.to_string());
         let epochs = epochs.iter().map(|epochs| ("epochs".to_owned(), epochs.to_string()));
@@ -41,15 +40,14 @@ impl Session {
         let words = ["mge", "dynamics", "train", "--tools", &tools, "--seed", &seed].map(str::to_owned).into_iter();
         let made_by = shell_words::join(words.chain(set).chain(["--out".to_owned(), file]));
         let report = format!("training {}", to.path.display());
-        let work = move |reporter: &Reporter| train_into_file(&job, &to, &made_by, reporter);
-        self.start_job(command.clone(), work, |_, result| result);
+        let work = move |reporter: &Reporter| Ok(train_into_file(&job, &to, &made_by, reporter)?);
+        self.start_job(command.clone(), work, |_, result| Ok(result?));
         Ok(report)
     }
 
     /// Cancels the training of a model.
     pub(super) fn stop_model_work(&mut self) -> Result<String, SessionError> {
-        let none = || SessionError::Failed("no dynamics model is being trained".to_owned());
-        let (name, _) = self.model_work().ok_or_else(none)?;
+        let (name, _) = self.model_work().ok_or("no dynamics model is being trained".to_owned())?;
         self.cancel_jobs(Command::is_model_train);
         Ok(format!("ended: {name}"))
     }
@@ -66,7 +64,7 @@ fn train_into_file(job: &ModelJob, to: &Target, made_by: &str, reporter: &Report
     let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     let on_progress = |now: &dynamics::Progress| _ = reporter.progress(now.epoch as usize, now.epochs as usize);
     let trained =
-        train_to_file(to, &job.recipe(), made_by, reporter.stop(), on_progress).map_err(|error| match &error {
+        train_to_file(to, &job.recipe(), made_by, &reporter.stop, on_progress).map_err(|error| match &error {
             DynamicsError::Stopped(_) => failed(&"stopped: the same command starts again"),
             // It names the file.
             DynamicsError::Io { .. } => error.to_string(),

@@ -26,8 +26,16 @@ impl Session {
         self.cancel_jobs(Command::is_propose);
         let config = self.setup.config.clone();
         let key = inputs(&config);
-        let work = move |reporter: &Reporter| search(&config, count, reporter);
-        self.start_job(Propose(Some(count)), work, move |session, result| session.take_proposals(&key, count, result?));
+        let work = move |reporter: &Reporter| {
+            let model = required_model(&config, &reporter.stop)?;
+            let progress = |tried| _ = reporter.progress(tried, TRIALS);
+            let RunConfig { task, guidance, seed, .. } = &config;
+            let found = choose_subgoals(task, &*model, count, guidance, *seed, &reporter.stop, progress);
+            Ok(found.map_err(|error| error.to_string())?)
+        };
+        self.start_job(Propose(Some(count)), work, move |session, found| {
+            Ok(session.take_proposals(&key, count, found?)?)
+        });
         Ok(format!("looking for {}", counted(count, "subgoal")))
     }
 
@@ -64,13 +72,6 @@ impl Session {
     pub fn with_proposals(&self) -> Task {
         self.setup.editor.with_proposals()
     }
-}
-
-fn search(config: &RunConfig, count: usize, reporter: &Reporter) -> Result<ChosenSubgoals, String> {
-    let model = required_model(config, reporter.stop()).map_err(|error| error.to_string())?;
-    let progress = |tried| _ = reporter.progress(tried, TRIALS);
-    choose_subgoals(&config.task, &*model, count, &config.guidance, config.seed, reporter.stop(), progress)
-        .map_err(|error| error.to_string())
 }
 
 #[cfg(test)]

@@ -169,19 +169,16 @@ impl RunView {
         self.turn.as_ref().filter(|_| !self.unread).map(|turn| turn.number)
     }
 
-    /// Starts training it if it is queued.
-    pub(super) fn start(&mut self) -> Result<(), SessionError> {
-        let Some(turn) = self.turn.take() else { return Ok(()) };
+    /// Starts training it if it is queued; false if it does not begin.
+    pub(super) fn start(&mut self) -> bool {
+        let Some(turn) = self.turn.take() else { return false };
         let first = turn.until.map(|until| Control::PauseAt(until.into()));
-        let trainer = Trainer::spawn(self.saved.directory.clone(), first).map_err(|error| {
-            let reason = format!("cannot start a thread: {error}");
-            self.failure = Some(reason.clone());
-            SessionError::Failed(reason)
-        });
-        self.trainer = Some(trainer?);
-        // How an earlier training ended says nothing about this one, which may fail before its first event.
-        self.log.history.last = None;
-        Ok(())
+        match Trainer::spawn(self.saved.directory.clone(), first) {
+            // How an earlier training ended says nothing about this one, which may fail before its first event.
+            Ok(trainer) => (self.trainer, self.log.history.last) = (Some(trainer), None),
+            Err(error) => self.failure = Some(format!("cannot start a thread: {error}")),
+        }
+        self.trainer.is_some()
     }
 
     /// Whether it occupies a core.
@@ -291,7 +288,7 @@ impl RunView {
         let ends_pause = matches!(control, Control::Resume | Control::PauseAt(_) | Control::Stop { .. });
         match &self.trainer {
             Some(trainer) if trainer.is_active() => trainer.send(control),
-            _ if self.is_queued() => return Err(SessionError::Failed(format!("{} {QUEUED}", self.name))),
+            _ if self.is_queued() => return Err(format!("{} {QUEUED}", self.name).into()),
             _ => self.ask_others(control)?,
         }
         self.resuming |= is_paused && ends_pause;
@@ -301,8 +298,8 @@ impl RunView {
     /// Sends a control to the other process that trains the run, if there is one.
     fn ask_others(&self, control: Control) -> Result<(), SessionError> {
         if !self.saved.directory.is_locked()? {
-            let reason = format!("{} is not being trained: `continue` resumes one that is not finished", self.name);
-            return Err(SessionError::Failed(reason));
+            let problem = "is not being trained: `continue` resumes one that is not finished";
+            return Err(format!("{} {problem}", self.name).into());
         }
         let request = match control {
             Control::PauseAt(episode) => match episode.saturating_sub(self.episodes()) {
@@ -310,8 +307,7 @@ impl RunView {
                 more => Control::Advance { episodes: u32::try_from(more).unwrap_or(u32::MAX) },
             },
             Control::SetPrior(_) => {
-                let reason = format!("{} is trained by another process, which cannot be given clusters", self.name);
-                return Err(SessionError::Failed(reason));
+                return Err(format!("{} is trained by another process, which cannot be given clusters", self.name))?;
             }
             request => request,
         };

@@ -110,10 +110,7 @@ impl SavedRun {
     pub fn agent(&self) -> Result<(u64, Ddpg), SessionError> {
         self.config.check_supported()?;
         if !self.config.method.learns() {
-            return Err(SessionError::Failed(format!(
-                "{} learns no policy: there is none to play or export",
-                self.config.method
-            )));
+            return Err(format!("{} learns no policy: there is none to play or export", self.config.method).into());
         }
         let store = self.directory.checkpoints();
         let name = store.chosen(self.checkpoint)?;
@@ -130,8 +127,7 @@ impl SavedRun {
         let (trained, agent) = self.agent()?;
         let task = task.unwrap_or_else(|| self.config.played_task());
         if observation_len(&task) != agent.observation_len() {
-            let reason = format!("{} has another number of subgoals than the task of this run", task.name);
-            return Err(SessionError::Failed(reason));
+            return Err(format!("{} has another number of subgoals than the task of this run", task.name).into());
         }
         Ok(Player { trained, agent, task })
     }

@@ -171,7 +171,7 @@ impl Session {
             (None, place) if place.exists() => Ok(Some(place)),
             // A deleted run may have the name that another was given.
             _ => match RunDirectory::named_so(name, &self.setup.folder).filter(|_| !is_restored) {
-                Some(other) => Err(SessionError::Failed(format!("{} does not exist{other}", name.display()))),
+                Some(other) => Err(format!("{} does not exist{other}", name.display()).into()),
                 None => Ok(None),
             },
         })
@@ -299,8 +299,7 @@ impl Session {
             Quantity::Proposals => self.proposed().len() as f64,
         };
         if !comparison.holds(found, value) {
-            let reason = format!("expected {quantity} {comparison} {value}, but it is {found}");
-            return Err(SessionError::Failed(reason));
+            return Err(format!("expected {quantity} {comparison} {value}, but it is {found}").into());
         }
         Ok(format!("{quantity} is {found}"))
     }
@@ -375,7 +374,7 @@ impl Session {
 
 /// That no run has a number, counted from 0.
 pub(super) fn no_such_run(number: usize) -> SessionError {
-    SessionError::Failed(format!("the session has no run {}", number + 1))
+    format!("the session has no run {}", number + 1).into()
 }
 
 /// An episode number as the journal stores it; saturates beyond 32 bits, which no run reaches.

@@ -82,12 +82,12 @@ impl Setup {
             }
             (None, Some(file)) if self.was_changed_outside(file) => {
                 let problem = "was changed by another program: `task FILE` loads it, `save FILE` replaces it";
-                return Err(SessionError::Failed(format!("{} {problem}", file.display())));
+                return Err(format!("{} {problem}", file.display()).into());
             }
             (None, Some(file)) => own(file),
             (None, None) => {
                 let problem = "has no file: name one to save to, such as `save my-task.json`";
-                return Err(SessionError::Failed(format!("{} {problem}", task.name)));
+                return Err(format!("{} {problem}", task.name).into());
             }
         };
         save_as(&task, &to)?;
@@ -139,7 +139,7 @@ impl Setup {
     /// Checks that a run can start with the settings.
     pub fn check(&self) -> Result<(), SessionError> {
         self.config.validate()?;
-        check_model(&self.config).map_err(|error| SessionError::Failed(error.to_string()))
+        Ok(check_model(&self.config).map_err(|error| error.to_string())?)
     }
 
     /// Checks a command as far as possible without its work, and makes its changes of the task and the settings.
@@ -171,5 +171,5 @@ fn on_screen(path: &str) -> String {
 
 /// That there is nothing to undo, redo or restore.
 pub(super) fn nothing_to(what: &str) -> SessionError {
-    SessionError::Failed(format!("there is nothing to {what}"))
+    format!("there is nothing to {what}").into()
 }

@@ -183,7 +183,7 @@ fn hand_play_reports_each_placement_and_can_be_reset() {
         "not placed, but the action is used: box would be too near an earlier tool; reward 0.00"
     );
     assert_eq!(session.hand_play().trace.steps.len(), 2);
-    assert_eq!(session.hand_play().snapshot().placed.len(), 1);
+    assert_eq!(session.hand_play().env.snapshot().placed.len(), 1);
     assert_eq!(apply(&mut session, "reset").unwrap(), "a new episode");
     assert!(session.hand_play().trace.steps.is_empty());
     run(&mut session, "place -0.9 0.9\ngoal move 0.5 0.5");

@@ -96,7 +96,7 @@ fn caption(ui: &Ui, scene: &Scene, frame: &PlaybackFrame, area: Rect, buffer: &m
         }
         let [x, y] = hand.cursor;
         text = format!(" x {x:.2}, y {y:.2} {} ", refusal.unwrap_or(if hand.ghost.is_some() { "free" } else { "" }));
-        if let Some(end) = ui.view.hand.snapshot().end() {
+        if let Some(end) = ui.view.hand.env.snapshot().end() {
             text = format!(" the episode is over: {end} ");
         }
     }

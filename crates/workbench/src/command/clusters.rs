@@ -32,8 +32,7 @@ fn guide(session: &mut Session) -> Result<String, SessionError> {
     let run = session.run_mut().ok_or(SessionError::NoRun)?;
     let (there, here) = (run.config().task.subgoals.len(), prior.stages.len() - 1);
     if there != here {
-        let message = format!("the clusters are for {here} subgoals, but the run's task has {there}");
-        return Err(SessionError::Failed(message));
+        return Err(format!("the clusters are for {here} subgoals, but the run's task has {there}").into());
     }
     run.send(Control::SetPrior(prior))?;
     let number = run.number;

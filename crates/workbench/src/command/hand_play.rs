@@ -10,7 +10,7 @@ command! {
     Place(position: Action = Position): "place" "X Y" "place the tool and simulate one action";
     execute = |this, session| {
         let hand = &mut session.hand_play;
-        let refusal = hand.snapshot().refusal(&hand.task().placeable.tool([0.0; 2]), this.0);
+        let refusal = hand.env.snapshot().refusal(&hand.env.task().placeable.tool([0.0; 2]), this.0);
         let step = hand.place(this.0)?;
         let end = step.end.map(|end| format!("; the episode is over: {end}")).unwrap_or_default();
         let placed = refusal.map_or_else(|| "placed".to_owned(), |reason| format!("not placed, but the action is used: {reason}"));

@@ -44,13 +44,12 @@ impl Figure {
     pub(crate) fn check_kind(&self) -> Result<(), SessionError> {
         let Self { kind, to: Target { ref path, .. }, ref composition, .. } = *self;
         if let Some((key, _)) = composition.options().first().filter(|_| kind != FigureKind::Learning) {
-            let reason = format!("{key}: only the figure `learning` is composed, not `{}`", kind.name());
-            return Err(SessionError::Failed(reason));
+            return Err(format!("{key}: only the figure `learning` is composed, not `{}`", kind.name()).into());
         }
         if EXTENSIONS.contains(&suffix(path).as_str()) {
             return Ok(());
         }
-        Err(SessionError::Failed(FigureError::Format(path.clone()).to_string()))
+        Err(FigureError::Format(path.clone()).to_string().into())
     }
 }
 

@@ -93,7 +93,7 @@ command! {
 /// Checks that there is a model, if it is named or in a file.
 fn check_file(source: &PriorSource) -> Result<(), SessionError> {
     let PriorSource::ModelFile(file) = source else { return Ok(()) };
-    file.load().map(drop).map_err(|error| SessionError::Failed(error.to_string()))
+    Ok(file.load().map(drop).map_err(|error| error.to_string())?)
 }
 
 command! {

@@ -97,7 +97,7 @@ impl Runs {
             let next = self.all.iter_mut().filter(|run| run.turn().is_some()).min_by_key(|run| run.turn());
             let Some(run) = next.filter(|_| working < cores) else { return began };
             // The run keeps the error, where it is shown.
-            began |= run.start().is_ok();
+            began |= run.start();
         }
     }
 
@@ -113,7 +113,7 @@ impl Runs {
             true => "is being trained: `stop` it, or wait for its end, first",
             false => return Ok(()),
         };
-        Err(SessionError::Failed(format!("{} {problem}", run.name())))
+        Err(format!("{} {problem}", run.name()).into())
     }
 }
 

@@ -84,7 +84,7 @@ impl Session {
         let is_finished = status.state == RunState::Finished;
         let run = directory.name();
         if is_finished && directory.checkpoints().names()?.is_empty() {
-            return Err(SessionError::Failed(format!("{run} is finished and has no checkpoint to continue from")));
+            return Err(format!("{run} is finished and has no checkpoint to continue from").into());
         }
         let Some(episodes) = self.extends_to().filter(|episodes| config.extends_to(*episodes)) else {
             // A run that was extended before, but not started, has episodes left.
@@ -98,8 +98,7 @@ impl Session {
         };
         let rule = if config.stop.success.is_some() { " whatever its success (`stop.success` ends)" } else { "" };
         let config = config.extended(episodes);
-        check_continuation(directory, &config)
-            .map_err(|error| SessionError::Failed(format!("{}: {error}", directory.path().display())))?;
+        check_continuation(directory, &config).map_err(|error| format!("{}: {error}", directory.path().display()))?;
         directory.replace_config(&config)?;
         if let Some(run) = self.runs.all.iter_mut().find(|run| run.directory() == directory) {
             run.saved.config = Arc::new(config);
@@ -118,11 +117,11 @@ impl Session {
         run.unread = true;
         let number = self.runs.add(run, matches!(command, Command::Restore(_)));
         let report = format!("opened {}", folder.display());
-        let work = move |reporter: &Reporter| read.with_whole_log(reporter.stop());
+        let work = move |reporter: &Reporter| Ok(read.with_whole_log(&reporter.stop)?);
         self.start_job(command, work, move |session, read| {
             // The run may have been deleted meanwhile.
             let Some(run) = session.run_numbered_mut(number) else { return Ok(report) };
-            run.take_over(read).map(|()| report)
+            Ok(run.take_over(read).map(|()| report)?)
         });
         Ok(number)
     }
@@ -143,7 +142,7 @@ impl Session {
         let Some(run) = self.run() else { return Err(SessionError::NoRun) };
         let path = run.directory().path().display();
         match run.failure() {
-            Some(reason) => Err(SessionError::Failed(reason.to_owned())),
+            Some(reason) => Err(reason.to_owned().into()),
             None if run.is_queued() && !run.unread => Ok(format!("{path} waits for a free core")),
             None => Ok(format!("{report} {path}")),
         }
@@ -274,8 +273,7 @@ impl Session {
     pub(super) fn evaluate(&mut self) -> Result<String, SessionError> {
         let run = self.run().ok_or(SessionError::NoRun)?;
         let (saved, seed, name, number) = (run.saved.clone(), self.setup.config.seed, run.name(), run.number);
-        let played = move || Ok::<_, SessionError>(saved.player(None)?.episode(seed));
-        let work = move |_: &Reporter| played().map_err(|error| error.to_string());
+        let work = move |_: &Reporter| Ok(saved.player(None)?.episode(seed));
         let report = format!("playing the greedy policy of {name}");
         self.start_job(Evaluate, work, move |session, trace| {
             let trace = trace?;

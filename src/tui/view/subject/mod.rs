@@ -100,7 +100,7 @@ impl Subject {
             agent,
             epsilon: epsilon.filter(|_| matches!(&choice, Choice::Past(past) if past.trace.episode > 0)),
             model: model.filter(|model| model.as_ref().is_ok_and(|model| Arc::ptr_eq(&model.task, &task))),
-            hand: matches!(choice, Choice::Hand).then(|| view.hand.snapshot().clone()),
+            hand: matches!(choice, Choice::Hand).then(|| view.hand.env.snapshot().clone()),
             run: view.watched.as_ref().map(|watched| watched.run.clone()),
             choice,
             task,
@@ -170,7 +170,7 @@ fn chosen(
 ) -> (Arc<Task>, Arc<Episode>, Option<String>) {
     match choice {
         Choice::Past(episode) => (episode.task.clone(), episode.clone(), None),
-        Choice::Hand => (view.hand.task().clone(), by_hand(view, before), None),
+        Choice::Hand => (view.hand.env.task().clone(), by_hand(view, before), None),
         Choice::Latest => {
             let trained = view.watched.as_ref().and_then(|watched| watched.live.as_ref());
             match trained {
@@ -209,7 +209,7 @@ fn by_hand(view: &ViewModel, before: Option<&Subject>) -> Arc<Episode> {
     let known = before.map(|before| &before.episode);
     let same = known.filter(|known| known.origin == Origin::Hand && Arc::ptr_eq(&known.trace, &view.hand.trace));
     same.cloned().unwrap_or_else(|| {
-        let (task, trace) = (view.hand.task().clone(), view.hand.trace.clone());
+        let (task, trace) = (view.hand.env.task().clone(), view.hand.trace.clone());
         Arc::new(Episode { task, trace, origin: Origin::Hand })
     })
 }

@@ -130,7 +130,7 @@ fn a_session_at_rest_has_no_news() {
     let hand = workspace.view.hand.clone();
     workspace.refresh();
     assert!(Arc::ptr_eq(&hand.trace, &workspace.view.hand.trace), "it is the same episode");
-    assert!(Arc::ptr_eq(workspace.view.hand.task(), &workspace.view.task));
+    assert!(Arc::ptr_eq(workspace.view.hand.env.task(), &workspace.view.task));
 }
 
 #[test]
@@ -139,10 +139,10 @@ fn an_episode_of_hand_play_begins_again_with_the_seed_set() {
     let mut task = mge_task::load("task1").unwrap();
     task.rules.start_noise = 0.05;
     let mut workspace = SessionWorkspace::new(Session::new(task, folder.path().to_owned()));
-    let before = workspace.view.hand.snapshot().ball();
+    let before = workspace.view.hand.env.snapshot().ball();
     apply(&mut workspace, "seed 1");
     apply(&mut workspace, "reset");
-    assert_ne!(workspace.view.hand.snapshot().ball(), before);
+    assert_ne!(workspace.view.hand.env.snapshot().ball(), before);
 }
 
 #[test]

@@ -217,7 +217,7 @@ fn the_legend_is_switched() {
 #[test]
 fn a_tool_in_hand_says_why_it_cannot_be_placed() {
     let mut view = empty();
-    view.task = view.hand.task().clone();
+    view.task = view.hand.env.task().clone();
     check(view, "P J J J J J J J J J J J J", &[], "box would touch an object");
 }
 
