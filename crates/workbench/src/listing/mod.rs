@@ -8,7 +8,7 @@ mod histories;
 mod models;
 mod summary;
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -77,11 +77,8 @@ impl Listing {
     pub fn request_curves(&mut self, runs: Vec<PathBuf>, session: &Session) {
         let is_opened = |path: &PathBuf| session.runs().iter().any(|run| run.directory().path() == path);
         let others = self.runs.iter().filter(|run| run.state == RunState::Running).flat_map(|run| self.others(run));
-        let mut wanted: Vec<PathBuf> = others.map(|run| run.path.clone()).collect();
-        wanted.extend(runs);
-        let mut known = HashSet::new();
-        wanted.retain(|path| !is_opened(path) && known.insert(path.clone()));
-        self.histories.request(wanted);
+        let wanted = runs.into_iter().chain(others.map(|run| run.path.clone()));
+        self.histories.request(wanted.filter(|path| !is_opened(path)).collect());
     }
 
     /// Takes over what was read, and reads on. True if something is new.

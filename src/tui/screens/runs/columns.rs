@@ -131,6 +131,6 @@ fn start(line: &Line) -> Option<String> {
 
 /// Episodes a second: now, or of a single run on the whole.
 fn speed(line: &Line) -> Option<String> {
-    let rate = if let Line::Run(run, _) = line { run.speed() } else { line.speed() }?;
+    let rate = line.speed()?;
     Some(if rate < 1.0 { format!("{:.1}/min", 60.0 * rate) } else { format!("{rate:.1}/s") })
 }

@@ -107,9 +107,9 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// The sum of the speeds of its runs that are being trained, in episodes a second; None if that of one is not known.
+    /// Episodes a second: of its runs that are being trained together, or of a single run on the whole.
     pub fn speed(&self) -> Option<f64> {
-        self.together(RunSummary::rate)
+        if let Self::Run(run, _) = self { run.speed() } else { self.together(RunSummary::rate) }
     }
 
     /// The sum over its runs that are being trained; those of which it is not known yet count as the others do.
