@@ -29,7 +29,7 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("fork", "F", "", "fork", "", Do(|app| app.on_chosen(runs::fork))),
         ("epsilon", "e", "epsilon", "epsilon", "", Verb),
         ("clusters", "c", "clusters", "clusters", "", Verb),
-        ("task", "o", "open task", "task", "", Effects(|_, _| tools::choose_task())),
+        ("task", "o", "open task", "task", "", Effects(|_, ui| tools::choose_task(ui))),
         ("undo", "u", "", "undo", "", Do(App::undo)),
         ("redo", "U ctrl-r", "", "redo", "", Verb),
         ("save", "w ctrl-s", "", "save", "", Do(App::save)),

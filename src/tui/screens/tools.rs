@@ -3,7 +3,7 @@
 use super::Ui;
 use super::scene::Scene;
 use crate::tui::effect::Effect;
-use crate::tui::layers::{Item, Picker, tasks, tools};
+use crate::tui::layers::{Item, Picker, tools};
 use crate::tui::scene::{picture, task_picture};
 use mge_physics::{Tool, ToolKind};
 use mge_task::{Draft, Edit, Object, Part, Property, Task, Values};
@@ -25,11 +25,17 @@ fn written(tool: &Tool) -> (Option<f32>, Values) {
 }
 
 /// Opens the picker of tasks.
-pub fn choose_task() -> Vec<Effect> {
+pub fn choose_task(ui: &Ui) -> Vec<Effect> {
+    let item = |(name, task): &(String, Task)| Item {
+        name: name.clone(),
+        variant: None,
+        about: task.description.clone(),
+        of: task.clone(),
+    };
     let open = |item: &Item<Task>| Effect::apply(command::Task(item.name.clone()));
     vec![Effect::open(Picker::new(
         "open a task",
-        tasks(),
+        ui.view.tasks.iter().map(item).collect(),
         (7, |task, area, theme, buffer| task_picture(task, None, area, theme, buffer)),
         open,
     ))]

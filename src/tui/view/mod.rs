@@ -52,6 +52,8 @@ pub struct ViewModel {
     pub prior_state: PriorState,
     /// Why the latest computation of clusters failed.
     pub prior_failure: Option<String>,
+    /// The tasks that can be opened by their names.
+    pub tasks: Vec<(String, Task)>,
     /// The available dynamics models.
     pub models: Vec<ModelSummary>,
     /// Past and current runs, the latest last.

@@ -7,6 +7,7 @@ mod groups;
 mod histories;
 mod models;
 mod summary;
+mod tasks;
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -19,6 +20,7 @@ pub use folder::read_run;
 pub use groups::{GroupCurves, Grouping, RunGroup, scores_of};
 pub use models::ModelSummary;
 pub use summary::RunSummary;
+pub use tasks::named_tasks;
 
 use crate::{Loader, RunView, Session};
 use folder::{Folder, is_in};

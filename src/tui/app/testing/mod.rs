@@ -38,6 +38,7 @@ use mge_results::Composition;
 use mge_run::{Metric, RunState};
 use mge_task::{Region, Task};
 use mge_trainer::{Fork, PriorSource, RunConfig, Trace};
+use mge_workbench::listing::named_tasks;
 use mge_workbench::{Command, DrawnFigure, FigureJob, FigureKind, HandPlay, PriorState};
 
 /// A workspace that records what it is asked to do.
@@ -171,6 +172,7 @@ pub fn empty() -> ViewModel {
         prior: None,
         prior_state: PriorState::Absent,
         prior_failure: None,
+        tasks: named_tasks(),
         models: vec![model("trained", "model of the task"), model("true", "the environment's own physics")],
         runs: Vec::new(),
         groups: Arc::default(),

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use crate::tui::actions::Entry;
 use crate::tui::layers::search::{Searched, search, similar};
-use crate::tui::layers::tasks;
 use crate::tui::view::{RunSummary, ViewModel};
 use mge_base::json;
 use mge_base::paths::{entries, expanded, suffix};
@@ -118,7 +117,7 @@ impl Arguments {
             let path = run.path.strip_prefix(&view.folder).unwrap_or(&run.path);
             Value::of("open", path.display().to_string(), format!("{}, {}", run.name, run.label))
         };
-        let tasks = tasks().into_iter().map(|task| Value::of("task", task.name, task.about));
+        let tasks = view.tasks.iter().map(|(name, task)| Value::of("task", &**name, &*task.description));
         let models = view.models.iter().map(|model| Value::of("model", &*model.name, &*model.about));
         let runs = view.runs.iter().rev().map(run);
         Self {

@@ -15,7 +15,7 @@ use mge_results::Composition;
 use mge_run::Event;
 use mge_task::Task;
 use mge_trainer::{PriorSource, RunConfig, Trace};
-use mge_workbench::listing::Listing;
+use mge_workbench::listing::{Listing, named_tasks};
 use mge_workbench::{Command, FigureJob, FigureKind, Loader, Notice, RunView, SavedAgent, SavedRun, Session, command};
 use refresh::view_of;
 
@@ -74,8 +74,9 @@ pub struct SessionWorkspace {
     allow: fn(&Command) -> bool,
     view: ViewModel,
     listing: Listing,
-    /// The available models, by the task that they are described for and the number of changes of their files.
-    models: Loader<(Arc<Task>, usize), Vec<ModelSummary>>,
+    /// The available models and tasks, by the task that the former are described for and the number of changes of their
+    /// files.
+    known: Loader<(Arc<Task>, usize), (Vec<ModelSummary>, Vec<(String, Task)>)>,
     /// How often a command has changed the files of models.
     model_changes: usize,
     /// Models by the source, the settings of a trained one, the seed and the task they depend on.
@@ -101,7 +102,7 @@ impl SessionWorkspace {
             session,
             allow: |_| true,
             listing,
-            models: Loader::default(),
+            known: Loader::default(),
             model_changes: 0,
             model: Loader::new(KEPT),
             episodes: Loader::new(KEPT),
@@ -193,12 +194,13 @@ impl Workspace for SessionWorkspace {
         }
         let preparing = self.session.run().and_then(RunView::phase).is_some_and(|phase| phase.preparation().is_some());
         let (task, changes) = (self.view.task.clone(), self.model_changes);
-        self.models.request((task.clone(), changes), Duration::MAX, move |_| Ok(ModelSummary::all(&task)));
+        let key = (task.clone(), changes);
+        self.known.request(key, Duration::MAX, move |_| Ok((ModelSummary::all(&task), named_tasks())));
         let news = [
             self.listing.poll(&self.session),
             self.episodes.poll(),
             self.agents.poll(),
-            self.models.poll(),
+            self.known.poll(),
             self.model.poll(),
         ];
         let news = news.contains(&true);

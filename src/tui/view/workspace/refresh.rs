@@ -18,10 +18,10 @@ impl SessionWorkspace {
         let known = std::mem::replace(&mut self.view, view_of(&self.session, &self.listing));
         let view = &mut self.view;
         view.prior_failure = known.prior_failure.filter(|_| known.task == view.task);
-        (view.models, view.figures, view.log, view.log_total) =
-            (known.models, known.figures, known.log, known.log_total);
-        if let Some((_, Ok(models))) = self.models.latest(|_| true) {
+        (view.figures, view.log, view.log_total) = (known.figures, known.log, known.log_total);
+        if let Some((_, Ok((models, tasks)))) = self.known.latest(|_| true) {
             view.models.clone_from(models);
+            view.tasks.clone_from(tasks);
         }
         let before = known.watched.map(|watched| (watched.run.path.clone(), watched.live, watched.greedy));
         let (path, live, greedy) = before.unwrap_or_default();
@@ -77,6 +77,7 @@ pub(super) fn view_of(session: &Session, listing: &Listing) -> ViewModel {
         prior_state: session.prior_state(),
         prior_failure: None,
         models: Vec::new(),
+        tasks: Vec::new(),
         runs: listing.runs.clone(),
         groups: listing.groups().clone(),
         runs_unread: listing.unread(session),
