@@ -250,9 +250,10 @@ fn commands_in_prose_exist() {
                 continue;
             }
             let Some(verb) = words.next().filter(|word| !word.starts_with('-')) else { continue };
-            // `mge RUN` opens the workbench with a run.
+            // `mge RUN` opens the workbench with a run, by its path.
             let is_argument = |argument: &clap::Arg| argument.get_value_names().is_some_and(|names| names == [verb]);
             let known = manual::commands().iter().any(|command| command.get_name() == verb)
+                || verb.contains('/')
                 || Arguments::command().get_positionals().any(is_argument);
             assert!(known, "{}: `{span}` is not a command", page.name());
         }
