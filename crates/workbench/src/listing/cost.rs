@@ -45,17 +45,17 @@ const LEAST: [f64; 2] = [1.0, 0.1];
 /// much slower its actions were so far (the machine may be busier). Networks learn from a certain action on, not from a
 /// certain episode on. None before that is known.
 pub(super) fn rest(run: &RunSummary, others: &[&RunSummary]) -> Option<f64> {
-    let actions = run.latest(Metric::EnvironmentSteps)?;
+    let actions = run.latest(Metric::EnvironmentSteps)? as u64;
     let took = |curves: &Curves, least: f64| {
-        let seconds = curves.seconds_until(actions)?;
-        Some(seconds).filter(|seconds| *seconds >= least)
+        curves.between(XAxis::Actions, 0, actions).map(|[_, seconds]| seconds).filter(|seconds| *seconds >= least)
     };
     let own = took(&run.curves, LEAST[0])?;
     let same = |other: &&&RunSummary| {
         (other.config.method, &other.config.task.name) == (run.config.method, &run.config.task.name)
     };
     median(others.iter().filter(same).filter_map(|other| {
-        let [episodes, seconds] = other.curves.between(run.done, other.curves.last_episode() as u64)?;
+        let [episodes, seconds] =
+            other.curves.between(XAxis::Episodes, run.done, other.curves.last_episode() as u64)?;
         Some(own / took(&other.curves, LEAST[1])? * seconds / episodes)
     }))
 }

@@ -82,21 +82,16 @@ impl Curves {
     /// Episodes per second in the latest quarter of the episodes. None if that is too short.
     pub fn pace(&self) -> Option<f64> {
         let last = self.last_episode() as u64;
-        let [episodes, seconds] = self.between(last - last / 4, last)?;
+        let [episodes, seconds] = self.between(XAxis::Episodes, last - last / 4, last)?;
         (seconds >= LEAST).then(|| episodes / seconds)
     }
 
-    /// The number of the episodes between two of them, and the seconds that they took.
-    pub(super) fn between(&self, first: u64, last: u64) -> Option<[f64; 2]> {
-        let [first, last] = [first, last].map(|episode| self.episodes.partition_point(|other| *other < episode));
+    /// The number of the episodes between two places on an axis, and the seconds that they took.
+    pub(super) fn between(&self, axis: XAxis, first: u64, last: u64) -> Option<[f64; 2]> {
+        let places = self.positions(axis);
+        let [first, last] = [first, last].map(|place| places.partition_point(|other| *other < place));
         let seconds = f64::from(self.seconds.get(last)? - self.seconds.get(first)?);
         Some([(self.episodes[last] - self.episodes[first]) as f64, seconds]).filter(|_| first < last)
-    }
-
-    /// The seconds from the end of the first episode until a number of actions.
-    pub(super) fn seconds_until(&self, actions: f32) -> Option<f64> {
-        let last = self.get(Metric::EnvironmentSteps).partition_point(|known| *known < actions);
-        Some(f64::from(self.seconds.get(last)? - self.seconds.first()?))
     }
 
     /// The number of the last episode; 0 if there is none.

@@ -313,5 +313,10 @@ mod tests {
         let runs = [&*view.runs[0], &*view.runs[1]];
         let about = about_group(view.groups.of(&runs[0].path).unwrap(), &runs, 1);
         assert!(about.ends_with("1 of its 3 runs are not listed"), "not the success of all of them: {about}");
+        for run in &mut view.runs {
+            Arc::make_mut(&mut Arc::make_mut(run).config).stop.success = Some(0.1);
+        }
+        let about = about_three(&mut view, 0);
+        assert!(about.ends_with("; those that their success ended keep their last value"), "{about}");
     }
 }
