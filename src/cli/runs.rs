@@ -254,7 +254,7 @@ pub fn script(arguments: &Script) -> Outcome {
         Output::Notice(notice) => viewer.show(notice),
     });
     let mut outcome = outcome.map_err(|error| SessionError::Failed(error.to_string()));
-    if outcome.is_ok() && !session.has_quit() {
+    if outcome.is_ok() && !session.quit {
         // What a script has started is finished, as by a last line `wait`.
         outcome = session.wait(|notice| viewer.show(notice)).map(drop);
     }

@@ -17,7 +17,7 @@ impl Session {
     /// Starts forking the current run; the fork is trained once it exists.
     pub(super) fn fork(&mut self, command: &Fork) -> Result<String, SessionError> {
         let run = self.run().ok_or(SessionError::NoRun)?;
-        let (source, name, number) = (run.directory().clone(), run.name(), run.number);
+        let (source, name, number) = (run.directory().clone(), run.name.clone(), run.number);
         let config = self.forked(run, &name, command)?;
         let free = || self.setup.free_folder(&format!("{name}-at{}", command.episode));
         let path = command.folder.as_ref().map_or_else(free, |folder| self.setup.place(folder));
@@ -138,7 +138,7 @@ mod tests {
         let mut session = session(folder.path());
         let train = TRAIN.replace("method ddpg-uniform", "method ddpg-mge\nset prior true\nepsilon 0.5");
         play(&mut session, &format!("{train}fork 12 guidance.clusters.fixed=2 guidance.std_floor=0.3\nwait\n"));
-        let name = session.runs()[1].name();
+        let name = session.runs()[1].name.clone();
         let prior = std::fs::read_to_string(folder.path().join(name).join("prior.json")).unwrap();
         let prior: serde_json::Value = serde_json::from_str(&prior).unwrap();
         let clusters = prior["stages"][0]["clusters"].as_array().unwrap();
@@ -168,7 +168,7 @@ mod tests {
         let elsewhere = tempfile::tempdir().unwrap();
         let mut second = session(elsewhere.path());
         play(&mut second, &first.to_script());
-        let names = |session: &Session| session.runs().iter().map(RunView::name).collect::<Vec<_>>();
+        let names = |session: &Session| session.runs().iter().map(|run| run.name.clone()).collect::<Vec<_>>();
         assert_eq!(names(&second), names(&first), "{}", first.to_script());
         for name in names(&first) {
             assert_eq!(rows(elsewhere.path(), &name), rows(folder.path(), &name), "{name}");

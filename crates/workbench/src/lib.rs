@@ -52,7 +52,7 @@ pub use job::{Job, Progress};
 pub use loader::Loader;
 pub use models::MODELS;
 pub use run::RunView;
-pub use runs::{free_name, usual_name};
+pub use runs::{OF_RUN, free_name, usual_name};
 pub use saved::{Player, SavedAgent, SavedRun};
 pub use script::{Output, Script, ScriptError, Variables};
 pub use session::{FIRST_TASK, Notice, Session};

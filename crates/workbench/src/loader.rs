@@ -44,12 +44,7 @@ impl<K: PartialEq, V: Send + 'static> Loader<K, V> {
         self.loading = Some((key, Instant::now(), Job::spawn(load)));
     }
 
-    /// The value of a key, or why it could not be loaded; None until it has been.
-    pub fn get(&self, key: &K) -> Option<&Result<V, String>> {
-        self.latest(|known| known == key).map(|(_, value)| value)
-    }
-
-    /// The value loaded last of the keys that satisfy `which`, with its key.
+    /// The value loaded last of the keys that satisfy `which`, or why it could not be loaded, with its key.
     pub fn latest(&self, which: impl Fn(&K) -> bool) -> Option<(&K, &Result<V, String>)> {
         self.loaded.iter().rev().find(|(key, ..)| which(key)).map(|(key, _, value)| (key, value))
     }
@@ -109,16 +104,20 @@ mod tests {
         }
     }
 
+    fn get<V: Send + 'static>(loader: &Loader<u32, V>, key: u32) -> Option<&Result<V, String>> {
+        loader.latest(|known| *known == key).map(|(_, value)| value)
+    }
+
     #[test]
     fn requests_and_polls_do_not_wait_for_a_slow_load() {
         let (mut loader, release) = held(2, 1);
         for key in 0..1000 {
             loader.request(key, Duration::ZERO, |_| panic!("another value is being loaded"));
-            assert!(!loader.poll() && loader.get(&1).is_none() && loader.is_loading());
+            assert!(!loader.poll() && get(&loader, 1).is_none() && loader.is_loading());
         }
         release.send(7).unwrap();
         wait(&mut loader);
-        assert_eq!(loader.get(&1), Some(&Ok(7)));
+        assert_eq!(get(&loader, 1), Some(&Ok(7)));
     }
 
     #[test]
@@ -129,9 +128,9 @@ mod tests {
         loader.request(1, Duration::from_secs(60), |_| panic!("it is recent"));
         loader.age(Duration::ZERO, Duration::from_secs(61));
         loader.request(1, Duration::from_secs(60), |_| Err("gone".to_owned()));
-        assert_eq!(loader.get(&1), Some(&Ok(7)), "it is kept until then");
+        assert_eq!(get(&loader, 1), Some(&Ok(7)), "it is kept until then");
         wait(&mut loader);
-        assert_eq!(loader.get(&1), Some(&Err("gone".to_owned())));
+        assert_eq!(get(&loader, 1), Some(&Err("gone".to_owned())));
     }
 
     #[test]
@@ -141,7 +140,7 @@ mod tests {
             loader.request(key, Duration::ZERO, move |_| Ok(10 * key));
             wait(&mut loader);
         }
-        assert_eq!([1, 2, 3].map(|key| loader.get(&key).is_some()), [false, true, true]);
+        assert_eq!([1, 2, 3].map(|key| get(&loader, key).is_some()), [false, true, true]);
         assert_eq!(loader.latest(|key| *key > 0), Some((&2, &Ok(20))));
         assert_eq!(loader.latest(|key| *key > 2), Some((&3, &Ok(30))));
     }
@@ -163,6 +162,6 @@ mod tests {
         let mut loader: Loader<u32, u32> = Loader::new(1);
         loader.request(1, Duration::MAX, |_| panic!("on purpose"));
         wait(&mut loader);
-        assert!(loader.get(&1).unwrap().as_ref().unwrap_err().contains("on purpose"));
+        assert!(get(&loader, 1).unwrap().as_ref().unwrap_err().contains("on purpose"));
     }
 }

@@ -20,7 +20,8 @@ use super::saved::SavedRun;
 pub struct RunView {
     /// In the session, from 0 in the order in which runs were started or opened.
     pub number: usize,
-    pub(super) name: String,
+    /// Its name, if it has one, otherwise that of its folder.
+    pub name: String,
     /// Its folder and configuration, and the checkpoint of the agent that plays.
     pub saved: SavedRun,
     pub(super) log: RunLog,
@@ -317,11 +318,6 @@ impl RunView {
     /// The run's files.
     pub fn directory(&self) -> &RunDirectory {
         &self.saved.directory
-    }
-
-    /// The name that users gave it, or else that of its folder.
-    pub fn name(&self) -> String {
-        self.name.clone()
     }
 
     /// Its configuration.

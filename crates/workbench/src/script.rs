@@ -65,7 +65,7 @@ impl Script {
         for (line, command) in &self.commands {
             let report = play(session, command, &mut on_output).map_err(|error| self.failed(*line, error))?;
             on_output(Output::Report(command, &report));
-            if session.has_quit() {
+            if session.quit {
                 break;
             }
         }

@@ -45,7 +45,7 @@ impl Session {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{RunView, Script};
+    use super::super::Script;
     use super::*;
 
     #[test]
@@ -62,7 +62,7 @@ mod tests {
         let elsewhere = tempfile::tempdir().unwrap();
         let mut second = Session::new(mge_task::load("task1").unwrap(), elsewhere.path().to_owned());
         play(&mut second, &session.to_script());
-        let names = |session: &Session| session.runs().iter().map(RunView::name).collect::<Vec<_>>();
+        let names = |session: &Session| session.runs().iter().map(|run| run.name.clone()).collect::<Vec<_>>();
         assert_eq!(names(&second), names(&session), "{}", session.to_script());
         let metrics = |folder: &Path| std::fs::read(folder.join("task1-ddpg-seed9/metrics.csv")).unwrap();
         assert_eq!(metrics(elsewhere.path()), metrics(folder.path()));

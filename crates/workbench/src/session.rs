@@ -56,9 +56,11 @@ pub struct Session {
     pub(super) runs: Runs,
     /// Cache of the runs read for figures.
     pub(super) reader: Arc<Mutex<RunReader>>,
-    pub(super) hand_play: HandPlay,
+    /// The episode played by hand.
+    pub hand_play: HandPlay,
     pub(super) journal: Journal,
-    pub(super) quit: bool,
+    /// Whether `quit` was executed.
+    pub quit: bool,
     /// Aborts all waiting once set.
     pub interrupt: stop::Stop,
 }
@@ -352,11 +354,6 @@ impl Session {
         &self.setup.folder
     }
 
-    /// The episode played by hand.
-    pub fn hand_play(&self) -> &HandPlay {
-        &self.hand_play
-    }
-
     /// The session so far, as a script that repeats it without a terminal.
     pub fn to_script(&self) -> String {
         let mut journal = self.journal.clone();
@@ -364,11 +361,6 @@ impl Session {
             journal.note_at(Pause.into(), None, vec![(run.number, episode_number(run.episodes()))]);
         }
         journal.to_script()
-    }
-
-    /// Whether `quit` was given.
-    pub fn has_quit(&self) -> bool {
-        self.quit
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::listing::folder::OF_SWEEP;
-use super::{Command, SessionError, free_name};
+use super::{Command, OF_RUN, SessionError, free_name};
 use mge_base::atomic::{Target, parent_of};
 use mge_base::validation::ValidationError;
 use mge_task::{Edit, Editor, Task, file_of, load_regular, save_as};
@@ -60,7 +60,7 @@ impl Setup {
 
     /// An unused folder of this name in the folder for runs, with a number appended if needed.
     pub fn free_folder(&self, name: &str) -> PathBuf {
-        self.folder.join(free_name(&self.folder, name))
+        self.folder.join(free_name(&self.folder, name, OF_RUN))
     }
 
     pub fn open_task(&mut self, name: &str) -> Result<String, SessionError> {

@@ -126,7 +126,7 @@ fn a_level_of_create_is_edited_saved_loaded_played_by_hand_and_trained() {
     assert_eq!(edited.marker.as_ref().unwrap().ball.position, [-0.6, 0.7]);
     assert_eq!((edited.name.as_str(), edited.placeable.kind.name()), ("push", "ramp"));
     run(&mut session, "place 0.9 0.9");
-    let trace = &session.hand_play().trace;
+    let trace = &session.hand_play.trace;
     assert_eq!(trace.steps.len(), 1);
     assert!(trace.steps.iter().all(|step| step.placement == mge_env::Placement::Placed), "{trace:?}");
     assert!(apply(&mut session, "place 0.9 0.9").unwrap().contains("not placed"));
@@ -182,15 +182,15 @@ fn hand_play_reports_each_placement_and_can_be_reset() {
         apply(&mut session, "place -0.9 0.9").unwrap(),
         "not placed, but the action is used: box would be too near an earlier tool; reward 0.00"
     );
-    assert_eq!(session.hand_play().trace.steps.len(), 2);
-    assert_eq!(session.hand_play().env.snapshot().placed.len(), 1);
+    assert_eq!(session.hand_play.trace.steps.len(), 2);
+    assert_eq!(session.hand_play.env.snapshot().placed.len(), 1);
     assert_eq!(apply(&mut session, "reset").unwrap(), "a new episode");
-    assert!(session.hand_play().trace.steps.is_empty());
+    assert!(session.hand_play.trace.steps.is_empty());
     run(&mut session, "place -0.9 0.9\ngoal move 0.5 0.5");
-    assert!(session.hand_play().trace.steps.is_empty(), "the task has changed");
+    assert!(session.hand_play.trace.steps.is_empty(), "the task has changed");
     let path = folder.path().join("mine.json");
     run(&mut session, &format!("place -0.9 0.9\nsave {}\ngoal move 0.5 0.5", quoted(&path)));
-    assert_eq!(session.hand_play().trace.steps.len(), 1, "the task is the same");
+    assert_eq!(session.hand_play.trace.steps.len(), 1, "the task is the same");
 }
 
 #[test]
@@ -266,7 +266,7 @@ fn a_run_has_a_phase_evaluations_and_past_episodes() {
     assert_eq!(finished.live.as_ref().unwrap().trace.episode, 2);
     let first = finished.saved.past_episode(1).unwrap();
     assert_eq!((first.episode, first.steps.len() as u64), (1, finished.history().records[0].steps));
-    assert_eq!(session.run_numbered(0).map(RunView::name), Some(finished.name()));
+    assert_eq!(session.run_numbered(0).map(|run| &run.name), Some(&finished.name));
     assert!(session.run_numbered(1).is_none());
 }
 
@@ -308,9 +308,9 @@ fn expectations_compare_and_a_script_is_recorded_without_quit() {
     let report = apply(&mut session, &format!("record {}", quoted(&path))).unwrap();
     assert_eq!(report, format!("saved the session to {}", path.display()));
     assert_eq!(std::fs::read_to_string(&path).unwrap(), session.to_script());
-    assert!(!session.has_quit());
+    assert!(!session.quit);
     apply(&mut session, "quit").unwrap();
-    assert!(session.has_quit() && !session.to_script().contains("quit"));
+    assert!(session.quit && !session.to_script().contains("quit"));
 }
 
 #[test]

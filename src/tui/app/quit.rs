@@ -2,13 +2,14 @@
 
 use std::path::Path;
 
-use super::unsaved::new_file;
+use super::unsaved::OF_TASK;
 use super::{App, QuitState};
 use crate::tui::effect::Effect;
 use crate::tui::layers::some_of;
 use crate::tui::view::Level;
 use mge_run::RunState;
 use mge_workbench::command::Save;
+use mge_workbench::free_name;
 
 impl App {
     /// What stands still while the process does, in words; empty if nothing does.
@@ -51,7 +52,10 @@ impl App {
         let unsaved = if view.dirty { " without saving" } else { "" };
         let leave = format!("{}leave{unsaved}", if trained { "keep a checkpoint, stop and " } else { "" });
         let mut answers = vec![('y', &*leave, Effect::call(|app| app.leave(QuitState::Now)))];
-        let file = view.file.clone().unwrap_or_else(|| new_file(Path::new(""), &format!("my-{}", view.task.name)));
+        let file = view
+            .file
+            .clone()
+            .unwrap_or_else(|| free_name(Path::new(""), &format!("my-{}", view.task.name), OF_TASK).into());
         let name = file.file_name().unwrap_or_default().display();
         let save = format!("save {name}{} leave", if trained { ", stop and" } else { " and" });
         let in_background = format!("leave it training in the background{unsaved}");

@@ -7,9 +7,12 @@ use super::App;
 use crate::tui::terminal;
 use crate::tui::view::{Level, ViewModel};
 use mge_task as task;
+use mge_workbench::free_name;
 
 /// Prefix of the file names of saved tasks.
 const NAME: &str = "unsaved-";
+/// The end of the name of a task file, and what is before the number of a further one.
+pub(super) const OF_TASK: [&str; 2] = ["-", ".json"];
 
 impl Drop for App {
     /// Saves unsaved edits, as after a signal or a panic.
@@ -28,17 +31,12 @@ impl Drop for App {
     }
 }
 
-/// The path of a new JSON file in a folder.
-pub(super) fn new_file(folder: &Path, name: &str) -> PathBuf {
-    let ends = std::iter::once(String::new()).chain((2..).map(|number| format!("-{number}")));
-    ends.map(|end| folder.join(format!("{name}{end}.json"))).find(|path| !path.exists()).unwrap_or_default()
-}
-
 /// Saves the task to a new file in the first of the folders that can be written; returns the message to report.
 fn keep(view: &ViewModel, folders: &[PathBuf]) -> String {
     let name = &view.task.name;
     let mut message = String::new();
-    for path in folders.iter().map(|folder| new_file(folder, &format!("{NAME}{name}"))) {
+    for folder in folders {
+        let path = folder.join(free_name(folder, &format!("{NAME}{name}"), OF_TASK));
         match task::save(&view.task, &path) {
             Ok(()) => return format!("the unsaved edits of {name} are kept in {}", path.display()),
             Err(error) => message = format!("the edits of {name} are lost: {error}"),

@@ -18,6 +18,10 @@ use crate::tui::widgets::popup::wrap;
 /// Columns of the time of day and the space after it.
 const TIME: usize = 9;
 
+/// The least levels to choose from, each with what the title says of it.
+const LEVELS: [(Level, &str); 3] =
+    [(Level::Info, ""), (Level::Good, " · successes, warnings and errors"), (Level::Warning, " · warnings and errors")];
+
 /// Which lines of the log are shown.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct LogState {
@@ -25,8 +29,8 @@ pub struct LogState {
     pub selected: Cell<usize>,
     /// Number of lines so far when it was drawn last: those that come later do not move those that are read.
     drawn: Cell<usize>,
-    /// The least level.
-    least: Level,
+    /// Place of the least level.
+    least: usize,
     /// Words that all lines have, in lower case.
     words: String,
 }
@@ -40,11 +44,7 @@ impl LogState {
     /// Shows the lines from the next level on, or all of them after the last.
     pub fn next_level(&mut self) {
         self.selected.set(0);
-        self.least = match self.least {
-            Level::Info => Level::Good,
-            Level::Good => Level::Warning,
-            Level::Warning | Level::Error => Level::Info,
-        };
+        self.least = (self.least + 1) % LEVELS.len();
     }
 
     /// Asks for the words of the lines to show.
@@ -66,15 +66,11 @@ impl LogState {
 
     fn shows(&self, line: &LogLine, ui: &Ui) -> bool {
         let text = format!("{}{}", level_style(line.level, ui.theme).0, line.text).to_lowercase();
-        line.level >= self.least && self.words.split_whitespace().all(|word| text.contains(word))
+        line.level >= LEVELS[self.least].0 && self.words.split_whitespace().all(|word| text.contains(word))
     }
 
     fn title(&self) -> String {
-        let level = match self.least {
-            Level::Info => "",
-            Level::Good => " · successes, warnings and errors",
-            Level::Warning | Level::Error => " · warnings and errors",
-        };
+        let (_, level) = LEVELS[self.least];
         let words = if self.words.is_empty() { String::new() } else { format!(" · with `{}`", self.words) };
         let all = if level.is_empty() && words.is_empty() { "" } else { ", esc shows all" };
         format!("log{level}{words}{all}")

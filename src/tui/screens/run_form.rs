@@ -12,7 +12,7 @@ use crate::tui::widgets::text_input::TextInput;
 use mge_base::json;
 use mge_base::text::counted;
 use mge_trainer::{Method, RunConfig, StopRule, non_default_settings, warnings};
-use mge_workbench::{Command, check_settings, free_name, usual_name};
+use mge_workbench::{Command, OF_RUN, check_settings, free_name, usual_name};
 
 /// The fields, the beginnings of the commands that set them, and their explanations.
 const FIELDS: [(&str, &str, &str); 9] = [
@@ -69,7 +69,7 @@ pub fn form(ui: &Ui, seeds: u32) -> Form {
         };
         let value = match place {
             SEEDS => seeds.to_string(),
-            NAME => free_name(&runs_folder, &usual_name(&settings)),
+            NAME => free_name(&runs_folder, &usual_name(&settings), OF_RUN),
             _ if !settings.method.uses(FIELDS[place].0) => "not used".to_owned(),
             _ => value(&settings, place),
         };

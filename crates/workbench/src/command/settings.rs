@@ -54,7 +54,7 @@ command! {
         if run.send(Control::SetSchedule { schedule: this.0.clone() }).is_err() {
             return Ok(report);
         }
-        let (has_prior, name, config) = (run.prior().is_some(), run.name(), RunConfig::clone(run.config()));
+        let (has_prior, name, config) = (run.prior().is_some(), run.name.clone(), RunConfig::clone(run.config()));
         session.warn(&RunConfig { epsilon: this.0.clone(), ..config }, &BTreeSet::new());
         Ok(match has_prior {
             true => format!("{report} of {name}, from the next episode on, and of the runs started next"),

@@ -178,7 +178,7 @@ impl Listing {
         }
         let state = run.last_state().or(on_disk.map(|known| known.state.clone())).unwrap_or(RunState::Interrupted);
         let summary = RunSummary {
-            name: run.name(),
+            name: run.name.clone(),
             opened: true,
             elsewhere: !is_in(path, session.folder()),
             made: on_disk.and_then(|known| known.made),

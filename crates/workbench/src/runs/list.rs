@@ -113,13 +113,16 @@ impl Runs {
             true => "is being trained: `stop` it, or wait for its end, first",
             false => return Ok(()),
         };
-        Err(format!("{} {problem}", run.name()).into())
+        Err(format!("{} {problem}", run.name).into())
     }
 }
 
-/// This name or, if it is taken in `folder`, with `-runN` appended: a number alone would look like a part of the name.
-pub fn free_name(folder: &Path, base: &str) -> String {
-    let ends = std::iter::once(String::new()).chain((2..).map(|n| format!("-run{n}")));
+/// How a further run is told from the first of its name: a number alone would look like a part of the name.
+pub const OF_RUN: [&str; 2] = ["-run", ""];
+
+/// This name with a suffix or, if it is taken in `folder`, with what tells further ones and a number before it.
+pub fn free_name(folder: &Path, base: &str, [further, suffix]: [&str; 2]) -> String {
+    let ends = std::iter::once(suffix.to_owned()).chain((2..).map(|n| format!("{further}{n}{suffix}")));
     let mut names = ends.map(|end| fitting(base, &end));
     // The fallback is unreachable: the candidates do not end.
     names.find(|name| !folder.join(name).exists()).unwrap_or_else(|| base.to_owned())

@@ -8,7 +8,7 @@ mod list;
 mod tests;
 
 pub(super) use list::Runs;
-pub use list::free_name;
+pub use list::{OF_RUN, free_name};
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -153,7 +153,7 @@ impl Session {
             && run.unqueue()
         {
             // No event follows. The replay does not queue runs: it stops this one before its next episode.
-            let (number, episode, name) = (run.number, episode_number(run.episodes()), run.name());
+            let (number, episode, name) = (run.number, episode_number(run.episodes()), run.name.clone());
             self.journal.note_at(Stop.into(), None, vec![(number, episode)]);
             return Ok(format!("{name} is taken out of the queue"));
         }
@@ -164,7 +164,7 @@ impl Session {
     pub(super) fn send(&mut self, control: Control, report: &str) -> Result<String, SessionError> {
         let run = self.run_mut().ok_or(SessionError::NoRun)?;
         run.send(control)?;
-        Ok(report.replace("{run}", &run.name()))
+        Ok(report.replace("{run}", &run.name))
     }
 
     /// Opens the run in a folder and makes it the current one.
@@ -176,7 +176,7 @@ impl Session {
 
     pub(super) fn watch(&mut self, number: usize) -> Result<String, SessionError> {
         let run = self.run_numbered(number).ok_or_else(|| no_such_run(number))?;
-        let report = format!("run {} is {}", number + 1, run.name());
+        let report = format!("run {} is {}", number + 1, run.name);
         self.runs.current = Some(number);
         Ok(report)
     }
@@ -272,7 +272,7 @@ impl Session {
     /// Starts playing an episode of the greedy policy of the current run.
     pub(super) fn evaluate(&mut self) -> Result<String, SessionError> {
         let run = self.run().ok_or(SessionError::NoRun)?;
-        let (saved, seed, name, number) = (run.saved.clone(), self.setup.config.seed, run.name(), run.number);
+        let (saved, seed, name, number) = (run.saved.clone(), self.setup.config.seed, run.name.clone(), run.number);
         let work = move |_: &Reporter| Ok(saved.player(None)?.episode(seed));
         let report = format!("playing the greedy policy of {name}");
         self.start_job(Evaluate, work, move |session, trace| {

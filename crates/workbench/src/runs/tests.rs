@@ -102,7 +102,7 @@ fn a_run_is_renamed_and_named_by_its_folder_in_commands() {
     let mut session = session(folder.path(), &["train", "wait"]);
     let report = try_line(&mut session, "rename task1-ddpg-seed0 the best").unwrap();
     assert_eq!(report, "task1-ddpg-seed0 is the best now");
-    assert_eq!(session.run().unwrap().name(), "the best");
+    assert_eq!(session.run().unwrap().name, "the best");
     assert!(try_line(&mut session, "rename task1-ddpg-seed0 a/b").unwrap_err().contains("a name has at most"));
     assert!(session.to_script().contains("rename '%1' 'the best'"), "{}", session.to_script());
     for line in ["open 'the best'", "delete 'the best'", "note 'the best' x", "figure learning a.png runs='the best'"] {
@@ -113,7 +113,7 @@ fn a_run_is_renamed_and_named_by_its_folder_in_commands() {
         );
     }
     assert_eq!(
-        RunView::open(&folder.path().join("task1-ddpg-seed0")).unwrap().name(),
+        RunView::open(&folder.path().join("task1-ddpg-seed0")).unwrap().name,
         "the best",
         "for other programs"
     );
@@ -122,7 +122,7 @@ fn a_run_is_renamed_and_named_by_its_folder_in_commands() {
     let report = try_line(&mut session, "rename task1-ddpg-seed0 the best").unwrap();
     assert!(report.contains(" is the best now, a name that ") && report.ends_with("the best has, too"), "{report}");
     apply(&mut session, &["rename task1-ddpg-seed0 ''", "watch 1"]);
-    assert_eq!(session.run().unwrap().name(), "task1-ddpg-seed0");
+    assert_eq!(session.run().unwrap().name, "task1-ddpg-seed0");
 }
 
 #[test]
@@ -212,7 +212,7 @@ fn no_command_waits_for_the_work_it_starts() {
     assert!(written.iter().all(|name| folder.path().join(name).exists()));
     assert_eq!(session.proposed().len(), 1, "proposed in the background");
     let states: Vec<(String, usize)> =
-        session.runs().iter().map(|run| (run.name(), run.history().records.len())).collect();
+        session.runs().iter().map(|run| (run.name.clone(), run.history().records.len())).collect();
     assert_eq!(states, [("a".to_owned(), 3), ("b".to_owned(), 3), ("c".to_owned(), 4)]);
 }
 
@@ -275,10 +275,10 @@ fn only_deleting_the_current_run_clears_it() {
         apply(&mut session, &[train, "wait", "stop", "wait"]);
     }
     apply(&mut session, &["watch 2", &format!("delete {}", path("a"))]);
-    assert_eq!(session.run().map(RunView::name), Some("b".to_owned()), "another was deleted");
+    assert_eq!(session.run().map(|run| &*run.name), Some("b"), "another was deleted");
     apply(&mut session, &[&format!("delete {}", path("b"))]);
     assert!(session.run().is_none());
-    assert_eq!(session.runs().iter().map(RunView::name).collect::<Vec<_>>(), ["c"]);
+    assert_eq!(session.runs().iter().map(|run| &*run.name).collect::<Vec<_>>(), ["c"]);
     apply(&mut session, &["watch 3"]);
 }
 

@@ -144,7 +144,7 @@ impl SessionWorkspace {
                     Event::Finished { .. } => Level::Good,
                     _ => Level::Info,
                 };
-                let name = self.session.run_numbered(*run).map_or_else(String::new, RunView::name);
+                let name = self.session.run_numbered(*run).map_or("", |run| &run.name);
                 self.log(level, format!("{name}: {event}"));
             }
         }
@@ -264,7 +264,7 @@ impl Workspace for SessionWorkspace {
         let Some(summary) = self.view.run(run) else { return Some(Err("the run no longer exists".to_owned())) };
         let config = summary.config.clone();
         let key = (run.to_owned(), episode);
-        let known = self.episodes.get(&key).cloned();
+        let known = self.episodes.latest(|known| *known == key).map(|(_, episode)| episode.clone());
         if known.is_none() {
             let path = run.to_owned();
             self.episodes.request(key, Duration::MAX, move |_| {

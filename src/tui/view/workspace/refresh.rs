@@ -83,7 +83,7 @@ pub(super) fn view_of(session: &Session, listing: &Listing) -> ViewModel {
         runs_unread: listing.unread(session),
         damaged: listing.damaged(session),
         watched: None,
-        hand: session.hand_play().clone(),
+        hand: session.hand_play.clone(),
         model_work: session.model_work().map(|(name, progress)| (name, progress.share())),
         forking: session.job(Command::is_fork).map(|(command, progress)| (command.to_string(), progress.share())),
         figures: Vec::new(),
