@@ -32,33 +32,26 @@ pub struct Question {
     title: String,
     /// What will happen.
     text: String,
-    answers: Vec<Answer>,
+    /// Key, meaning and effect of each; none to cancel.
+    answers: Vec<(String, String, Option<Effect>)>,
     selected: usize,
     /// Where each answer was last drawn.
     rows: Vec<(Rect, usize)>,
-}
-
-struct Answer {
-    key: String,
-    name: String,
-    /// None to cancel.
-    effect: Option<Effect>,
 }
 
 impl Question {
     /// A confirmation: what will happen, and the key, meaning and effect of each answer. Cancel is selected
     /// initially, so that Enter alone loses nothing.
     pub fn warning(title: &str, text: String, answers: Vec<(char, &str, Effect)>) -> Self {
-        let answers = answers.into_iter().map(|(key, name, effect)| (key.to_string(), name, Some(effect)));
-        let all = answers.chain([("esc".to_owned(), "cancel", None)]);
-        let answers: Vec<Answer> = all.map(|(key, name, effect)| Answer { key, name: name.into(), effect }).collect();
-        let selected = answers.len() - 1;
+        let selected = answers.len();
+        let answers = answers.into_iter().map(|(key, name, effect)| (key.into(), name.into(), Some(effect)));
+        let answers = answers.chain([("esc".into(), "cancel".into(), None)]).collect();
         Self { title: title.to_owned(), text, answers, selected, rows: Vec::new() }
     }
 
     fn choose(&mut self, index: usize) -> Response {
         // The layer closes after a choice, so the order of the answers no longer matters.
-        self.answers.swap_remove(index).effect.map_or(Response::Leave, Response::Do)
+        self.answers.swap_remove(index).2.map_or(Response::Leave, Response::Do)
     }
 }
 
@@ -72,7 +65,7 @@ impl Layer for Question {
             KeyCode::End => self.selected = last,
             KeyCode::Enter | KeyCode::Char(' ') => return self.choose(self.selected),
             KeyCode::Esc => return Response::Leave,
-            KeyCode::Char(typed) => match self.answers.iter().position(|answer| answer.key == typed.to_string()) {
+            KeyCode::Char(typed) => match self.answers.iter().position(|(key, ..)| *key == typed.to_string()) {
                 Some(index) => return self.choose(index),
                 // Not `q`: a key that has opened a question, pressed twice, does not answer it.
                 None if typed == 'n' => return Response::Leave,
@@ -98,7 +91,7 @@ impl Layer for Question {
         let inside = frame(&self.title, (width, above + self.answers.len() as u16), area, theme, buffer);
         Text::from_iter(text).render(inside, buffer);
         let row = |index: usize| {
-            let Answer { key, name, .. } = &self.answers[index];
+            let (key, name, _) = &self.answers[index];
             Row::new([Span::styled(key, theme.strong()), name.as_str().reset()])
         };
         let below = Rect { y: inside.y + above, ..inside }.intersection(inside);

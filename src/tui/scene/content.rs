@@ -1,6 +1,7 @@
 //! What the scene shows.
 
 use educe::Educe;
+use image::{ImageBuffer, Luma};
 use ratatui::style::Color;
 
 use super::object::Objects;
@@ -30,38 +31,13 @@ pub struct Overlays {
     pub legend: bool,
 }
 
-/// A function of the action's position, sampled on a square grid with the first row at the top.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Heat {
-    /// Rows and columns.
-    pub side: usize,
-    /// One value per grid cell, row by row.
-    pub values: Vec<f32>,
-}
+/// A function of the action's position, sampled on a grid with the first row at the top.
+pub type Heat = ImageBuffer<Luma<f32>, Vec<f32>>;
 
-impl Heat {
-    /// The value at a place, both coordinates from 0 at the upper left to 1: between the cells of the grid, as if they
-    /// were joined by planes.
-    pub fn at(&self, [x, y]: [f32; 2]) -> f32 {
-        let last = self.side.saturating_sub(1);
-        // The place in cells from the middle of the first one.
-        let cell = |share: f32| (share * self.side as f32 - 0.5).clamp(0.0, last as f32);
-        let (x, y) = (cell(x), cell(y));
-        let (column, row) = (x as usize, y as usize);
-        let of = |row: usize, column: usize| {
-            self.values.get(row.min(last) * self.side + column.min(last)).copied().unwrap_or(f32::NAN)
-        };
-        // A neighbour of no weight may have no value.
-        let mix = |a: f32, b: f32, share: f32| if share > 0.0 { a + (b - a) * share } else { a };
-        let of_row = |row: usize| mix(of(row, column), of(row, column + 1), x.fract());
-        if y.fract() > 0.0 { mix(of_row(row), of_row(row + 1), y.fract()) } else { of_row(row) }
-    }
-
-    /// Its smallest and largest finite value; None if no value is finite.
-    pub fn range(&self) -> Option<[f32; 2]> {
-        let finite = || self.values.iter().copied().filter(|value| value.is_finite());
-        Some([finite().reduce(f32::min)?, finite().reduce(f32::max)?])
-    }
+/// The smallest and largest finite value of a heat map; None if no value is finite.
+pub(super) fn range(heat: &Heat) -> Option<[f32; 2]> {
+    let finite = || heat.iter().copied().filter(|value| value.is_finite());
+    Some([finite().reduce(f32::min)?, finite().reduce(f32::max)?])
 }
 
 /// A tool held over the scene, not placed yet.

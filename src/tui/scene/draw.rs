@@ -1,12 +1,14 @@
 //! Draws the scene, from back to front.
 
+use image::Luma;
+use image::imageops::sample_bilinear;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::widgets::Widget;
 use ratatui::widgets::canvas::Context;
 
-use super::content::{Content, Heat};
+use super::content::{Content, Heat, range};
 use super::legend;
 use super::picture::draw_tool;
 use super::view::{BOUNDS, View};
@@ -150,12 +152,13 @@ fn circle(position: [f32; 2], radius: f32) -> Vec<[f32; 2]> {
 
 /// Colours the background of every cell by the value of placing the tool there.
 fn shade(heat: &Heat, view: View, theme: &Theme, buffer: &mut Buffer) {
-    let Some([low, high]) = heat.range() else { return };
+    let Some([low, high]) = range(heat) else { return };
     let share = |value: f32| (value - low) / (high - low).max(f32::EPSILON);
     for row in 0..view.area.height {
         for column in 0..view.area.width {
             let place = |at: u16, length: u16| (f32::from(at) + 0.5) / f32::from(length);
-            let value = heat.at([place(column, view.area.width), place(row, view.area.height)]);
+            let at = (place(column, view.area.width), place(row, view.area.height));
+            let value = sample_bilinear(heat, at.0, at.1).map_or(f32::NAN, |Luma([value])| value);
             let Some(cell) = buffer.cell_mut((view.area.x + column, view.area.y + row)) else { continue };
             if theme.depth == Depth::None || theme.marker == ASCII {
                 if cell.symbol() == " " {

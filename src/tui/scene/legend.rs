@@ -3,7 +3,7 @@
 use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
 
-use super::content::Content;
+use super::content::{Content, range};
 use crate::tui::widgets::theme::Theme;
 use mge_base::text::number;
 use mge_trainer::Source;
@@ -53,7 +53,7 @@ pub fn legend(content: &Content, theme: &Theme) -> Vec<Line<'static>> {
 
 /// The colour scale of the heat map, from its smallest to its largest value, if it is shown.
 pub fn scale(content: &Content, theme: &Theme) -> Option<Line<'static>> {
-    let [low, high] = content.heat.filter(|_| content.overlays.critic)?.range()?;
+    let [low, high] = range(content.heat.filter(|_| content.overlays.critic)?)?;
     let mut spans = vec![Span::raw(format!("critic {} ", number(low)))];
     spans.extend((0..=8).map(|step| Span::styled(" ", Style::new().bg(theme.heat(step as f32 / 8.0)))));
     spans.push(Span::raw(format!(" {}", number(high))));

@@ -117,7 +117,8 @@ fn clusters_have_the_colour_of_their_stage_and_are_grey_when_stale() {
 #[test]
 fn the_heat_map_colours_the_background_from_low_to_high() {
     for low in [0.0, -1.0] {
-        let heat = Heat { side: 2, values: vec![low, low + 1.0, low + 2.0, f32::NAN] };
+        let values = [0.0, 0.5, 1.0, 0.0, 0.5, 1.0, 2.0, 2.0, f32::NAN].map(|value| low + value);
+        let heat = Heat::from_vec(3, 3, values.into()).unwrap();
         let (buffer, view) = drawn(|content| {
             content.heat = Some(&heat);
             content.overlays.critic = true;
@@ -126,14 +127,13 @@ fn the_heat_map_colours_the_background_from_low_to_high() {
         assert_eq!(background([-0.8, 0.8]), theme().heat(0.0));
         assert_eq!(background([0.8, 0.8]), theme().heat(0.5));
         assert_eq!(background([-0.8, -0.8]), theme().heat(1.0));
-        let between = heat.at([0.5, 0.25]);
-        assert_eq!(between, low + 0.5, "between two cells");
+        assert_eq!(background([0.0, 0.8]), theme().heat(0.25), "between two cells");
     }
 }
 
 #[test]
 fn the_heat_map_is_a_smooth_ramp_with_256_colours() {
-    let heat = Heat { side: 2, values: vec![0.0, 1.0, 0.0, 1.0] };
+    let heat = Heat::from_vec(2, 2, vec![0.0, 1.0, 0.0, 1.0]).unwrap();
     let theme = Theme::new(Palette::Dark, Depth::Ansi256, Marker::Braille);
     let (buffer, view) = drawn_in(WHOLE, &theme, |content| {
         content.heat = Some(&heat);
@@ -149,7 +149,8 @@ fn the_heat_map_is_a_smooth_ramp_with_256_colours() {
 
 #[test]
 fn without_colours_or_unicode_the_heat_map_is_characters_between_the_objects() {
-    let heat = Heat { side: 2, values: vec![0.0, 1.0, 2.0, f32::NAN] };
+    let values = vec![0.0, 0.5, 1.0, 0.0, 0.5, 1.0, 2.0, 2.0, f32::NAN];
+    let heat = Heat::from_vec(3, 3, values).unwrap();
     for (depth, marker) in [(Depth::None, Marker::Braille), (Depth::True, ASCII)] {
         let theme = Theme::new(Palette::Dark, depth, marker);
         let (before, _) = drawn_in(WHOLE, &theme, |_| {});
@@ -166,7 +167,7 @@ fn without_colours_or_unicode_the_heat_map_is_characters_between_the_objects() {
 
 #[test]
 fn the_legend_lists_what_is_visible_and_the_heat_map_has_a_scale() {
-    let heat = Heat { side: 1, values: vec![-0.5, 1.5] };
+    let heat = Heat::from_vec(2, 1, vec![-0.5, 1.5]).unwrap();
     let plain = legend(|_| {});
     assert!(plain.contains("G  goal") && !plain.contains("predicts"));
     let (buffer, _) = drawn(|content| {

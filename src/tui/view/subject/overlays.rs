@@ -7,7 +7,7 @@ use mge_env::{Action, Environment};
 use mge_physics::{Tool, to_units};
 
 /// Rows and columns of the grid on which the critic is evaluated.
-const HEAT_SIDE: usize = 36;
+const HEAT_SIDE: u32 = 36;
 /// Number of actions that a prediction covers.
 const LOOK_AHEAD: usize = 3;
 
@@ -39,11 +39,12 @@ impl Subject {
         }
         let action = networks.act(&observation);
         let place = *action.first_chunk().ok_or("the actor gives no position")?;
-        let middle = |index: usize| (index as f32 + 0.5) / HEAT_SIDE as f32 * 2.0 - 1.0;
+        let middle = |index: u32| (index as f32 + 0.5) / HEAT_SIDE as f32 * 2.0 - 1.0;
         let rows = (0..HEAT_SIDE).map(|row| -middle(row));
         let actions: Vec<f32> = rows.flat_map(|y| (0..HEAT_SIDE).flat_map(move |x| [middle(x), y])).collect();
         let values = networks.q_values(&observation, &actions);
-        Ok(AgentView { heat: Heat { side: HEAT_SIDE, values }, choice: env.task().placeable.tool(place) })
+        let heat = Heat::from_vec(HEAT_SIDE, HEAT_SIDE, values).ok_or("the critic values too few actions")?;
+        Ok(AgentView { heat, choice: env.task().placeable.tool(place) })
     }
 
     /// The model's prediction for the next actions of the episode, from action number `action` on, counted

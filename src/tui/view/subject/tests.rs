@@ -120,9 +120,9 @@ fn the_heat_map_starts_at_the_upper_left() {
     view.watched = Some(watched);
     let heat = choose(&view, Choice::Latest, None).agent_view(0).unwrap().heat;
     let env = Environment::new(view.task.clone());
-    let edge = 1.0 - 1.0 / heat.side as f32;
+    let edge = 1.0 - 1.0 / heat.width() as f32;
     let corners = networks.q_values(&env.observation(), &[-edge, edge, edge, -edge]);
-    let [first, last] = [heat.values[0], heat.values[heat.values.len() - 1]];
+    let [first, last] = [heat[(0, 0)].0[0], heat[(heat.width() - 1, heat.height() - 1)].0[0]];
     let near = (corners[0] - corners[1]).abs() / 1000.0;
     assert!((first - corners[0]).abs() < near && (last - corners[1]).abs() < near, "{first} {last} {corners:?}");
 }
