@@ -2,8 +2,7 @@
 //! with effects.
 
 use crossterm::event::{KeyCode, KeyEvent, MouseButton, MouseEvent, MouseEventKind};
-use ratatui::buffer::Buffer;
-use ratatui::layout::{Position, Rect};
+use ratatui::prelude::*;
 
 use super::app::App;
 use super::view::{Choice, Level};

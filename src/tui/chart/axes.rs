@@ -1,10 +1,6 @@
 //! Axes: scales, ticks, labels, and conversion between values and cells.
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
-use ratatui::style::Style;
-use ratatui::text::Line;
-use ratatui::widgets::Widget;
+use ratatui::prelude::*;
 
 use super::range::Window;
 use crate::tui::widgets::columns::shortened;

@@ -1,10 +1,6 @@
 //! Draws charts of curves, with any number of episodes in the columns available.
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::Style;
-use ratatui::text::Text;
-use ratatui::widgets::Widget;
+use ratatui::prelude::*;
 use ratatui::widgets::canvas::Context;
 
 use super::axes::{Axes, GUTTER, Scale};

@@ -2,9 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use ratatui::layout::Rect;
-use ratatui::style::{Color, Style};
-use ratatui::text::{Line, Span};
+use ratatui::prelude::*;
 
 use super::plot::{Curve, Plot};
 use crate::tui::widgets::columns;

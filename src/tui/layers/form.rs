@@ -2,11 +2,8 @@
 //! may be completed.
 
 use crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-use ratatui::buffer::Buffer;
-use ratatui::layout::{Constraint, Position, Rect};
-use ratatui::style::Style;
-use ratatui::text::{Line, Span, Text};
-use ratatui::widgets::{Row, Widget};
+use ratatui::prelude::*;
+use ratatui::widgets::Row;
 
 use super::palette::Value;
 use super::search::search;

@@ -1,11 +1,7 @@
 //! A picker of what has a picture, with incremental search: families first, their variants inside.
 
 use crossterm::event::{KeyCode, KeyEvent};
-use ratatui::buffer::Buffer;
-use ratatui::layout::{Position, Rect};
-use ratatui::style::Style;
-use ratatui::text::Text;
-use ratatui::widgets::Widget;
+use ratatui::prelude::*;
 
 use super::form::line;
 use super::search::{Searched, search};

@@ -1,11 +1,8 @@
 //! Confirmations before something is lost.
 
 use crossterm::event::{KeyCode, KeyEvent};
-use ratatui::buffer::Buffer;
-use ratatui::layout::{Constraint, Position, Rect};
-use ratatui::style::Stylize;
-use ratatui::text::{Span, Text};
-use ratatui::widgets::{Row, Widget};
+use ratatui::prelude::*;
+use ratatui::widgets::Row;
 
 use crate::tui::effect::{Effect, Layer, Response};
 use crate::tui::widgets::list;

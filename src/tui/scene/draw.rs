@@ -2,10 +2,7 @@
 
 use image::Luma;
 use image::imageops::sample_bilinear;
-use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
-use ratatui::style::{Color, Modifier, Style};
-use ratatui::widgets::Widget;
+use ratatui::prelude::*;
 use ratatui::widgets::canvas::Context;
 
 use super::content::{Content, Heat, range};

@@ -1,7 +1,6 @@
 //! The legend of the symbols in the scene, and the scale of the critic's heat map.
 
-use ratatui::style::{Color, Style};
-use ratatui::text::{Line, Span};
+use ratatui::prelude::*;
 
 use super::content::{Content, range};
 use crate::tui::widgets::theme::Theme;

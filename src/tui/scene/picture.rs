@@ -1,8 +1,6 @@
 //! Draws tools: to scale in a scene, and as small pictures.
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
-use ratatui::style::Color;
+use ratatui::prelude::*;
 use ratatui::widgets::canvas::Context;
 
 use super::content::{Content, Overlays};

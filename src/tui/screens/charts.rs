@@ -2,9 +2,7 @@
 
 use std::borrow::Cow;
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
-use ratatui::style::Color;
+use ratatui::prelude::*;
 
 use super::curves::CurvesState;
 use super::{HitRegion, HitRegions, Ui};

@@ -1,7 +1,6 @@
 //! Figures drawn in cells, at the size of the pane, for terminals that show no pictures.
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
+use ratatui::prelude::*;
 
 use crate::tui::chart::{Curve, Plot, Scale, Window, draw as draw_chart};
 use crate::tui::scene::task_picture;

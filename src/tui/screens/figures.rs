@@ -5,11 +5,8 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::Style;
-use ratatui::text::{Line, Text};
-use ratatui::widgets::{Row, Widget};
+use ratatui::prelude::*;
+use ratatui::widgets::Row;
 
 use super::figure_in_cells::in_cells;
 use super::lists::Lists;

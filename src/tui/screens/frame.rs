@@ -1,10 +1,7 @@
 //! The whole picture: tabs, screen, message and footer.
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
-use ratatui::style::{Modifier, Style};
-use ratatui::text::Text;
-use ratatui::widgets::{Clear, Widget};
+use ratatui::prelude::*;
+use ratatui::widgets::Clear;
 
 use super::pane::{level_style, lines};
 use super::{HitRegion, HitRegions, Screens, Ui, figures, log, models, runs, schedule, training, workbench};

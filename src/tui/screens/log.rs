@@ -2,10 +2,7 @@
 
 use std::cell::Cell;
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
-use ratatui::text::{Line, Span, Text};
-use ratatui::widgets::Widget;
+use ratatui::prelude::*;
 
 use super::Ui;
 use super::lists::Lists;

@@ -1,10 +1,7 @@
 //! The Models screen: dynamics models to choose and train.
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::{Constraint, Layout, Margin, Rect};
-use ratatui::style::Style;
-use ratatui::text::Text;
-use ratatui::widgets::{Row, Table, Widget};
+use ratatui::prelude::*;
+use ratatui::widgets::{Row, Table};
 
 use super::lists::Lists;
 use super::pane::{lines, pane};
@@ -48,7 +45,7 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
     let [header, above, _, below] =
         Layout::vertical([Constraint::Length(1), rows, Constraint::Length(1), Constraint::Fill(1)]).areas(inside);
     let headings = ["", "model"].into_iter().chain(NUMBERS.map(|(heading, _)| heading)).chain(["tools"]);
-    Table::new([Row::new(headings).style(theme.faint())], &widths).render(header, buffer);
+    Widget::render(Table::new([Row::new(headings).style(theme.faint())], &widths), header, buffer);
     regions.extend(row_regions(list::draw(count, Some(selected), row, &widths, above, theme, buffer)));
     let below = below.inner(Margin::new(2, 0));
     let paragraph = |text: &str, style| lines(&format!("{text}\n "), below.width, style);

@@ -1,10 +1,6 @@
 //! Framed panes and the lines in them.
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::{Constraint, Rect};
-use ratatui::style::Style;
-use ratatui::text::{Line, Text};
-use ratatui::widgets::Widget;
+use ratatui::prelude::*;
 
 use super::Ui;
 use crate::tui::view::Level;

@@ -2,10 +2,7 @@
 
 use std::sync::Arc;
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
-use ratatui::style::Style;
-use ratatui::text::Line;
+use ratatui::prelude::*;
 
 use super::pane::pane;
 use super::scene::Scene;

@@ -1,10 +1,6 @@
 //! The Schedule screen: the epsilon threshold, drawn and edited.
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::{Constraint, Layout, Margin, Rect};
-use ratatui::style::{Modifier, Style};
-use ratatui::text::Text;
-use ratatui::widgets::Widget;
+use ratatui::prelude::*;
 
 use super::pane::{lines, pane};
 use super::{HitRegion, HitRegions, Ui};

@@ -1,10 +1,6 @@
 //! The status pane: settings of the next run, state of the clusters, and the watched run.
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
-use ratatui::style::{Color, Style};
-use ratatui::text::{Line, Span, Text};
-use ratatui::widgets::Widget;
+use ratatui::prelude::*;
 
 use super::Ui;
 use super::pane::pane;

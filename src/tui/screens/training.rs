@@ -3,11 +3,8 @@
 use std::collections::HashSet;
 use std::path::PathBuf;
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::Style;
-use ratatui::text::Text;
-use ratatui::widgets::{Row, Table, Widget};
+use ratatui::prelude::*;
+use ratatui::widgets::{Row, Table};
 
 use super::charts::{self, Charts, Shown};
 use super::curves::CurvesState;
@@ -235,7 +232,7 @@ fn differences(pair: [&RunSummary; 2], page: usize, area: Rect, ui: &Ui, buffer:
         let cells = cells.iter().zip(styles).map(|(cell, style)| Text::styled(shortened(cell, width, true), style));
         Row::new(cells.collect::<Vec<_>>())
     };
-    Table::new(rows.into_iter().map(row), [Constraint::Fill(1); 3]).render(below, buffer);
+    Widget::render(Table::new(rows.into_iter().map(row), [Constraint::Fill(1); 3]), below, buffer);
     charts
 }
 

@@ -1,10 +1,7 @@
 //! The Scene screen, with curves and status beside the scene, and the Edit screen.
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::Style;
-use ratatui::text::{Line, Text};
-use ratatui::widgets::{Paragraph, Row, Widget, Wrap};
+use ratatui::prelude::*;
+use ratatui::widgets::{Paragraph, Row, Wrap};
 
 use super::pane::{fitted, lines, pane};
 use super::scene::Scene;

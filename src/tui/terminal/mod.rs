@@ -23,8 +23,7 @@ use crossterm::terminal::{
 };
 use crossterm::{execute, queue};
 use ratatui::backend::CrosstermBackend;
-use ratatui::layout::{Position, Rect};
-use ratatui::{Frame, Terminal};
+use ratatui::prelude::*;
 
 use mge_base::stop::run_abandonable;
 use mge_base::sync::lock;

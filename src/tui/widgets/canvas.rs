@@ -1,9 +1,6 @@
 //! A canvas of ratatui over cells of a screen, and the shapes that ratatui lacks.
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
-use ratatui::style::Color;
-use ratatui::widgets::Widget;
+use ratatui::prelude::*;
 use ratatui::widgets::canvas::{Canvas, Context, Line, Painter, Points, Shape};
 
 use crate::tui::widgets::theme::Marker;

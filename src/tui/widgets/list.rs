@@ -1,9 +1,7 @@
 //! A list of rows with a selection.
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::{Constraint, Position, Rect};
-use ratatui::style::Color;
-use ratatui::widgets::{Row, StatefulWidget, Table, TableState};
+use ratatui::prelude::*;
+use ratatui::widgets::{Row, Table, TableState};
 
 use super::theme::Theme;
 

@@ -2,9 +2,8 @@
 
 use std::borrow::Cow;
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::Rect;
-use ratatui::widgets::{Block, BorderType, Clear, Widget};
+use ratatui::prelude::*;
+use ratatui::widgets::{Block, BorderType, Clear};
 use textwrap::{Options, WordSeparator, WordSplitter, WrapAlgorithm};
 
 use crate::tui::widgets::theme::Theme;

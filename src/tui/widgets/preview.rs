@@ -5,9 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use image::{DynamicImage, RgbImage};
-use ratatui::buffer::Buffer;
-use ratatui::layout::{Rect, Size};
-use ratatui::widgets::Widget;
+use ratatui::prelude::*;
 use ratatui_image::picker::Picker;
 use ratatui_image::protocol::Protocol;
 use ratatui_image::{Image, Resize};

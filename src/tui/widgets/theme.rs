@@ -1,8 +1,7 @@
 //! Colours and markers, adapted to what the terminal can show.
 
 use anstyle_lossy::rgb_to_xterm;
-use ratatui::buffer::Buffer;
-use ratatui::style::{Color, Modifier, Style};
+use ratatui::prelude::*;
 pub use ratatui::symbols::Marker;
 
 use mge_base::text::is_unsafe;

@@ -112,11 +112,7 @@ fn a_run_is_renamed_and_named_by_its_folder_in_commands() {
             "{error}"
         );
     }
-    assert_eq!(
-        RunView::open(&folder.path().join("task1-ddpg-seed0")).unwrap().name,
-        "the best",
-        "for other programs"
-    );
+    assert_eq!(RunView::open(&folder.path().join("task1-ddpg-seed0")).unwrap().name, "the best", "for other programs");
     apply(&mut session, &["seed 1", "train", "wait"]);
     std::fs::create_dir(folder.path().join("the best")).unwrap();
     let report = try_line(&mut session, "rename task1-ddpg-seed0 the best").unwrap();

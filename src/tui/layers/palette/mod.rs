@@ -4,11 +4,8 @@ mod arguments;
 
 use crossterm::event::{KeyCode, KeyEvent};
 use educe::Educe;
-use ratatui::buffer::Buffer;
-use ratatui::layout::{Constraint, Position, Rect};
-use ratatui::style::Style;
-use ratatui::text::{Line, Span, Text};
-use ratatui::widgets::{Row, Widget};
+use ratatui::prelude::*;
+use ratatui::widgets::Row;
 
 use super::form::line;
 use super::search::{Searched, search, similar};

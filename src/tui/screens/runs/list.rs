@@ -3,11 +3,8 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, HashMap};
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::{Color, Style};
-use ratatui::text::Text;
-use ratatui::widgets::{Row, Table, Widget};
+use ratatui::prelude::*;
+use ratatui::widgets::{Row, Table};
 
 use super::super::{HitRegions, Ui, row_regions};
 use super::Runs;
@@ -98,7 +95,7 @@ pub fn draw(
     let headings = ["", "run", "state"].map(Text::from).into_iter();
     let cell = |it: &str, column: &Column| Text::from(shortened(it, usize::from(column.width), true)).right_aligned();
     let headings = headings.chain(shown.iter().map(|column| cell(&column.heading, column)));
-    Table::new([Row::new(headings).style(theme.faint())], &widths).render(header, buffer);
+    Widget::render(Table::new([Row::new(headings).style(theme.faint())], &widths), header, buffer);
     let row = |index: usize| {
         let line = &lines[index];
         let runs = line.runs();

@@ -13,11 +13,7 @@ use std::collections::{BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock};
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::Style;
-use ratatui::text::Text;
-use ratatui::widgets::Widget;
+use ratatui::prelude::*;
 
 use super::pane::{self, hint, pane};
 use super::{HitRegions, Ui};

@@ -1,10 +1,7 @@
 //! The preview of the selected run or group: curves, the settings in which it differs, notes.
 
-use ratatui::buffer::Buffer;
-use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::Style;
+use ratatui::prelude::*;
 use ratatui::text::{Line as TextLine, Text};
-use ratatui::widgets::Widget;
 
 use super::super::charts::{Charts, Shown};
 use super::super::curves::CurvesState;
