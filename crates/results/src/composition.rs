@@ -21,7 +21,7 @@ use mge_base::paths::{entries, expanded};
 use mge_base::spelling::unknown;
 use mge_base::sync::lock;
 use mge_base::text::counted;
-use mge_figures::{Against, Color, LearningCurves, PlotStyle, Success, colors, lacking, text_of};
+use mge_figures::{Against, Color, Figure, LearningCurves, PlotStyle, Success, colors, lacking, text_of};
 use mge_run::{RunDirectory, RunError, RunHistory, RunState, config_hash};
 use mge_stats::Bootstrap;
 use mge_stats::rolling::rolling_mean;
@@ -50,10 +50,9 @@ pub struct Composition {
 }
 
 /// A composed figure with its provenance.
-#[derive(Debug)]
-pub struct Composed<F = LearningCurves> {
+pub struct Composed {
     /// The figure.
-    pub figure: F,
+    pub figure: Box<dyn Figure + Send>,
     /// Seeds of the runs shown.
     pub seeds: Vec<u64>,
     /// Hash of their configurations.
@@ -256,7 +255,7 @@ impl Composition {
         };
         let boxes = lacking(&figure.legend.iter().map(|(_, shown)| &**shown).collect::<String>());
         let boxes = if boxes.is_empty() { boxes } else { format!(" The typeface lacks {boxes}: empty boxes.") };
-        Ok(Composed { remark: format!("{}{boxes}", figure.remark), figure, seeds, config_hash })
+        Ok(Composed { remark: format!("{}{boxes}", figure.remark), figure: Box::new(figure), seeds, config_hash })
     }
 
     /// The composition with the labels of the chosen curves and of the reference, of which it may have the texts in a
@@ -355,7 +354,7 @@ mod tests {
             let options = options.split_whitespace().map(|option| option.split_once('=').unwrap());
             let composition = Composition::default().with_options(options).unwrap();
             let drawn = composition.figure(&Mutex::default(), &mut |_, _| ()).unwrap();
-            let curve = &drawn.figure.panels[0].curves[0];
+            let curve = &drawn.figure.curves().unwrap().panels[0].curves[0];
             (curve.x.len(), curve.x[0], curve.x.last().copied(), curve.y.last().copied())
         };
         assert_eq!(points(2000, ""), (100, 20.0, Some(2000.0), Some(2.0)));
@@ -375,7 +374,7 @@ mod tests {
         let first = |option: (&str, &str)| {
             let runs = ("runs", folder.path().to_str().unwrap());
             let composition = Composition::default().with_options([runs, option]).unwrap();
-            composition.figure(&reader, &mut |_, _| ()).unwrap().figure.panels[0].curves[0].y[0]
+            composition.figure(&reader, &mut |_, _| ()).unwrap().figure.curves().unwrap().panels[0].curves[0].y[0]
         };
         assert_eq!(first(("font", "9")), 0.001);
         // Marks the kept curves by a value that is not in the files.

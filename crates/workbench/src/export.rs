@@ -14,10 +14,7 @@ use mge_run::{RunError, RunHistory, config_hash};
 use mge_trainer::RunConfig;
 
 /// Deferred work that produces a figure and its provenance.
-pub type FigureJob = Box<dyn FnOnce(&mut dyn FnMut(usize, usize)) -> Result<DrawnFigure, String> + Send>;
-
-/// A figure and its provenance.
-pub type DrawnFigure = Composed<Box<dyn Figure + Send>>;
+pub type FigureJob = Box<dyn FnOnce(&mut dyn FnMut(usize, usize)) -> Result<Composed, String> + Send>;
 
 impl Session {
     /// Starts writing a figure, with its data as CSV beside it.
@@ -35,7 +32,7 @@ impl Session {
         let work = move |reporter: &Reporter| {
             atomic::create_parent(&to.path).map_err(RunError::io("write", &to.path))?;
             let drawn = drawing(&mut |done, all| _ = reporter.progress(done, all))?;
-            let DrawnFigure { figure, seeds, config_hash, remark } = drawn;
+            let Composed { figure, seeds, config_hash, remark } = drawn;
             let provenance = Provenance::new(made_by, &seeds, config_hash);
             figure.write(&to, &provenance, dpi.unwrap_or(DEFAULT_DPI)).map_err(|error| error.to_string())?;
             Ok((to.path, remark))
@@ -88,14 +85,13 @@ impl Session {
                 let composition = Composition { runs: sources, ..composition.clone() };
                 let reader = Arc::clone(&self.reader);
                 return Ok(Box::new(move |on_progress| {
-                    let composed = composition.figure(&reader, on_progress);
-                    let Composed { figure, seeds, config_hash, remark } =
-                        composed.map_err(|error| error.to_string())?;
-                    Ok(DrawnFigure { figure: Box::new(figure), seeds, config_hash, remark: remark + &others })
+                    let mut composed = composition.figure(&reader, on_progress).map_err(|error| error.to_string())?;
+                    composed.remark += &others;
+                    Ok(composed)
                 }));
             }
         };
-        Ok(Box::new(move |_| Ok(DrawnFigure { figure, seeds, config_hash, remark: String::new() })))
+        Ok(Box::new(move |_| Ok(Composed { figure, seeds, config_hash, remark: String::new() })))
     }
 }
 
@@ -119,7 +115,7 @@ mod tests {
         session
     }
 
-    fn drawn(session: &Session, composition: &Composition) -> Result<DrawnFigure, String> {
+    fn drawn(session: &Session, composition: &Composition) -> Result<Composed, String> {
         let drawing = session.figure(FigureKind::Learning, composition).map_err(|error| error.to_string())?;
         drawing(&mut |_, _| ())
     }
@@ -160,7 +156,8 @@ mod tests {
         assert!(shaped.contains(", mean of 2 points;") && !shaped.contains("100</text>"), "{shaped}");
         // The colour of a run does not depend on which others are shown.
         let plain = options(&[&format!("runs={}", first.runs()[0].directory().path().display())]);
-        let Composed { figure, .. } = plain.figure(&session.reader, &mut |_, _| ()).unwrap();
+        let composed = plain.figure(&session.reader, &mut |_, _| ()).unwrap();
+        let figure = composed.figure.curves().unwrap();
         assert_eq!(
             (figure.panels[0].curves.len(), figure.colors[0].0.as_str(), figure.colors[1].0.as_str()),
             (1, "DDPG", label)

@@ -46,7 +46,7 @@ mod tests;
 pub use clusters::PriorState;
 pub use command::{Command, CommandError, FigureKind, Verb, verbs};
 pub use error::SessionError;
-pub use export::{DrawnFigure, FigureJob, run_label};
+pub use export::{FigureJob, run_label};
 pub use hand_play::HandPlay;
 pub use job::{Job, Progress};
 pub use loader::Loader;

@@ -7,6 +7,7 @@ use super::form::line;
 use super::search::{Searched, search};
 use crate::tui::effect::{Effect, Layer, Response};
 use crate::tui::widgets::columns::{self, shortened};
+use crate::tui::widgets::layout::grid;
 use crate::tui::widgets::list;
 use crate::tui::widgets::popup::{frame, wrap};
 use crate::tui::widgets::text_input::TextInput;
@@ -192,14 +193,8 @@ impl<T: Clone> Layer for Picker<T> {
         // Scroll so far that the selected row is visible.
         let first = (self.selected / self.shape[0]).saturating_sub(self.shape[1] - 1) * self.shape[0];
         self.cells.clear();
-        let places = (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column)));
-        for ((row, column), index) in places.zip(first..self.found.len()) {
-            let cell = Rect {
-                x: inside.x + column * WIDTH,
-                y: inside.y + 1 + row * (tall + 1),
-                width: WIDTH,
-                height: tall + 1,
-            };
+        let whole = Rect { y: inside.y + 1, width: columns * WIDTH, height: rows * (tall + 1), ..inside };
+        for (cell, index) in grid(whole, self.shape[0], self.shape[1]).into_iter().zip(first..self.found.len()) {
             let cell = cell.intersection(inside);
             let item = &self.found[index];
             self.picture.1(&item.of, Rect { height: cell.height.min(tall), ..cell }, theme, buffer);

@@ -135,12 +135,12 @@ fn picture(figure: &dyn Figure, picker: &Picker, room: [u16; 2]) -> Result<Proto
 mod tests {
     use super::*;
     use mge_figures::TaskGrid;
-    use mge_workbench::DrawnFigure;
+    use mge_results::Composed;
     use ratatui_image::picker::ProtocolType;
 
     fn figure() -> Result<FigureJob, String> {
         let figure = Box::new(TaskGrid { tasks: vec![mge_task::load("task1").unwrap()] });
-        Ok(Box::new(|_| Ok(DrawnFigure { figure, seeds: vec![], config_hash: String::new(), remark: String::new() })))
+        Ok(Box::new(|_| Ok(Composed { figure, seeds: vec![], config_hash: String::new(), remark: String::new() })))
     }
 
     fn wanted(kind: FigureKind) -> PreviewRequest {

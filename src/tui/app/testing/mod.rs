@@ -39,7 +39,7 @@ use mge_run::{Metric, RunState};
 use mge_task::{Region, Task};
 use mge_trainer::{Fork, PriorSource, RunConfig, Trace};
 use mge_workbench::listing::named_tasks;
-use mge_workbench::{Command, DrawnFigure, FigureJob, FigureKind, HandPlay, PriorState};
+use mge_workbench::{Command, FigureJob, FigureKind, HandPlay, PriorState};
 
 /// A workspace that records what it is asked to do.
 pub struct RecordingWorkspace {
@@ -134,7 +134,12 @@ impl Workspace for RecordingWorkspace {
             FigureKind::Scene => {
                 let figure = Box::new(TaskGrid { tasks: vec![Task::clone(&self.view.task)] });
                 Ok(Box::new(|_| {
-                    Ok(DrawnFigure { figure, seeds: vec![], config_hash: String::new(), remark: String::new() })
+                    Ok(mge_results::Composed {
+                        figure,
+                        seeds: vec![],
+                        config_hash: String::new(),
+                        remark: String::new(),
+                    })
                 }))
             }
             _ => Err(format!("there is nothing for the {} figure in tests", kind.name())),
