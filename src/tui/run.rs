@@ -90,7 +90,9 @@ fn until_left(app: &mut App, display: &mut Display, folder: &Path) -> Result<Exi
     let mut last = Instant::now();
     while !app.is_leaving() {
         let now = Instant::now();
-        if app.tick(now - last) {
+        let trained = app.training.clone();
+        app.tick(now - last);
+        if app.training != trained {
             // For the case that the program is killed; that it cannot be written is told at its end.
             let _ = app.remembered().save(folder);
         }

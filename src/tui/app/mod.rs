@@ -54,7 +54,7 @@ pub struct App {
     pub(super) keeps_edits: bool,
     leaving: QuitState,
     /// The runs that were being trained at the last poll.
-    training: Vec<PathBuf>,
+    pub(super) training: Vec<PathBuf>,
     /// Runs to continue in the background after the workbench is left and its trainings have stopped.
     pub(super) background: Vec<PathBuf>,
     /// The greedy episode that was shown last.

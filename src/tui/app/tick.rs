@@ -21,11 +21,11 @@ const MIN_REDRAW_INTERVAL: Duration = Duration::from_millis(240);
 const MAX_SHOWN_PER_TICK: Duration = Duration::from_millis(100);
 
 impl App {
-    /// Advances time and polls the session. True if other runs than before are being trained or wait for it.
-    pub fn tick(&mut self, elapsed: Duration) -> bool {
+    /// Advances time and polls the session.
+    pub fn tick(&mut self, elapsed: Duration) {
         let lines = self.workspace.view().log_total;
         let is_changed = self.workspace.poll();
-        let are_others = self.announce_ends();
+        self.announce_ends();
         self.show_news(is_changed, elapsed);
         let view = self.workspace.view();
         let fresh = &view.log[view.log.len() - view.log_total.saturating_sub(lines).min(view.log.len())..];
@@ -64,7 +64,6 @@ impl App {
         if self.tab == Tab::Figures {
             self.update_preview();
         }
-        are_others
     }
 
     /// Requests a redraw for changes of the session, at most once per `MIN_REDRAW_INTERVAL`.
@@ -77,9 +76,8 @@ impl App {
         }
     }
 
-    /// Announces runs of this session that were finished or have failed. True if other ones are being trained or wait for
-    /// it than at the call before.
-    fn announce_ends(&mut self) -> bool {
+    /// Announces runs of this session that were finished or have failed.
+    fn announce_ends(&mut self) {
         let view = self.workspace.view();
         let now = view.active_runs().map(|run| run.path.clone()).collect();
         let before = std::mem::replace(&mut self.training, now);
@@ -93,7 +91,6 @@ impl App {
         if !news.is_empty() {
             self.request = Some(TerminalRequest::Notify(news.join(", ")));
         }
-        self.training != before
     }
 
     /// Whether to request the visible curves again. This is not done at every tick: finding out which they are

@@ -67,6 +67,9 @@ const RECHECK_EPISODES: u64 = 50;
 /// Number of past episodes and of models kept.
 const KEPT: usize = 4;
 
+/// Models, and tasks by the names that open them.
+type Known = (Vec<ModelSummary>, Vec<(String, Task)>);
+
 /// A session and its view model.
 pub struct SessionWorkspace {
     session: Session,
@@ -76,7 +79,7 @@ pub struct SessionWorkspace {
     listing: Listing,
     /// The available models and tasks, by the task that the former are described for and the number of changes of their
     /// files.
-    known: Loader<(Arc<Task>, usize), (Vec<ModelSummary>, Vec<(String, Task)>)>,
+    known: Loader<(Arc<Task>, usize), Known>,
     /// How often a command has changed the files of models.
     model_changes: usize,
     /// Models by the source, the settings of a trained one, the seed and the task they depend on.
