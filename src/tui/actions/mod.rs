@@ -3,11 +3,9 @@
 //! manual page.
 
 mod context;
-mod tab;
 mod table;
 
-pub use context::{Context, HAND};
-pub use tab::Tab;
+pub use context::{Context, HAND, Tab};
 
 use std::sync::LazyLock;
 

@@ -4,7 +4,7 @@ use super::Context::{
     self, Curves, Edit, Everywhere, Figures, Hand, List, Log, Models, Move, Playback, Runs, Scene, Schedule,
 };
 use super::Run::{self, Change, Do, Effects, Verb};
-use super::tab::Tab;
+use super::Tab;
 use crate::tui::app::{App, TerminalRequest};
 use crate::tui::chart::Range;
 use crate::tui::screens::{edit, figures, models, runs, scene_actions as scene, schedule, tools, training};

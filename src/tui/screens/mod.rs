@@ -21,16 +21,17 @@ pub mod schedule;
 mod status;
 pub mod tools;
 pub mod training;
-mod ui;
 mod workbench;
 
 pub use frame::{Chrome, draw_frame};
 use regions::row_regions;
 pub use regions::{HitRegion, HitRegions};
-pub use ui::Ui;
 
 use super::actions::Tab;
+use super::input;
+use super::view::{RunSummary, Subject, ViewModel};
 use super::widgets::preview::Preview;
+use super::widgets::theme::Theme;
 
 /// The state of the screens.
 #[derive(Default)]
@@ -55,5 +56,28 @@ impl Screens {
     /// The state of the curves on a screen, and that of the list of runs.
     pub fn curves_on(&mut self, tab: Tab) -> (&mut curves::CurvesState, &runs::Runs) {
         (if tab == Tab::Scene { &mut self.beside } else { &mut self.curves }, &self.runs)
+    }
+}
+
+/// What screens draw from.
+#[derive(Clone, Copy)]
+pub struct Ui<'a> {
+    /// The view of the session.
+    pub view: &'a ViewModel,
+    /// What the scene shows.
+    pub subject: &'a Subject,
+    /// Colours and markers.
+    pub theme: &'a Theme,
+}
+
+impl Ui<'_> {
+    /// Replaces each `{name}` of an action in a text by its key.
+    pub fn text(&self, text: &str) -> String {
+        input::fill(text)
+    }
+
+    /// Whether it is the watched run.
+    fn is_watched(&self, run: &RunSummary) -> bool {
+        self.subject.run().is_some_and(|watched| watched.path == run.path)
     }
 }

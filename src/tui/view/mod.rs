@@ -3,14 +3,12 @@
 
 pub mod playback;
 mod subject;
-mod task_model;
 mod workspace;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-pub use subject::{AgentView, Choice, Subject};
-pub use task_model::TaskModel;
+pub use subject::{AgentView, Choice, Subject, TaskModel};
 pub use workspace::{SessionWorkspace, Workspace};
 
 use crate::tui::scene::Objects;

@@ -4,9 +4,8 @@
 //! and manual follow from it. To add a command, define it in the matching file and add its name to the list below.
 
 mod arguments;
-mod clusters;
 mod hand_play;
-mod model;
+mod models;
 mod output;
 mod runs;
 mod settings;
@@ -25,10 +24,9 @@ use mge_base::atomic::{Format, Target};
 use mge_base::spelling::{nearest, suggestion};
 use mge_run::RunError;
 
-pub use clusters::{Clusters, Guide};
 pub use hand_play::{Place, Reset};
 pub use mge_task::Edit;
-pub use model::{ModelStop, ModelTrain};
+pub use models::{Clusters, Guide, ModelStop, ModelTrain};
 pub use output::{Comparison, Expect, Figure, FigureKind, Quantity, Quit, Record, Wait};
 pub use runs::{
     Checkpoint, Continue, Delete, EmptyTrash, Evaluate, Fork, Note, Open, Pause, Rename, Restore, Resume, Stop, Train,

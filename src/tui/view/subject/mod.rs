@@ -6,12 +6,12 @@ mod overlays;
 #[cfg(test)]
 mod tests;
 
-pub use overlays::AgentView;
+pub use overlays::{AgentView, TaskModel};
 
 use std::sync::Arc;
 
 use super::playback::{Episode, Origin};
-use super::{Live, PastAgent, RunSummary, TaskModel, ViewModel, Watched};
+use super::{Live, PastAgent, RunSummary, ViewModel, Watched};
 use mge_agent::Ddpg;
 use mge_env::Snapshot;
 use mge_guidance::{ActionPrior, RolloutModel};

@@ -1,15 +1,46 @@
 //! What is shown over the scene of a subject: the view of the agent that acts, the path that the model predicts, and
 //! the tool held in hand play.
 
+use std::sync::Arc;
+
 use super::Subject;
 use crate::tui::scene::{Ghost, Heat};
-use mge_env::{Action, Environment};
+use mge_base::stop::Stop;
+use mge_env::{Action, Environment, Snapshot};
+use mge_guidance::RolloutModel;
 use mge_physics::{Tool, to_units};
+use mge_task::Task;
+use mge_trainer::{RunConfig, required_model};
 
 /// Rows and columns of the grid on which the critic is evaluated.
 const HEAT_SIDE: u32 = 36;
 /// Number of actions that a prediction covers.
 const LOOK_AHEAD: usize = 3;
+
+/// A model together with the one task it was checked against.
+#[derive(Debug, Clone)]
+pub struct TaskModel {
+    pub(in super::super) task: Arc<Task>,
+    pub(in super::super) model: Arc<dyn RolloutModel>,
+}
+
+impl TaskModel {
+    /// Loads the model of a configuration, or trains it, for its task.
+    ///
+    /// # Errors
+    /// When the source has no model, or the model cannot be loaded or does not fit the task.
+    pub fn new(config: &RunConfig) -> Result<Self, String> {
+        let model = required_model(config, &Stop::default()).map_err(|error| error.to_string())?;
+        Ok(Self { task: config.task.clone(), model })
+    }
+
+    /// Predicted normalised positions of the ball when `actions` are taken from a state.
+    fn path(&self, start: &Snapshot, actions: Vec<Action>) -> Vec<[f32; 2]> {
+        // A model that cannot predict the state shows no path.
+        let rollouts = self.model.rollouts(&[start], &[actions], &Stop::default()).unwrap_or_default();
+        rollouts.into_iter().next().map_or_else(Vec::new, |rollout| rollout.path)
+    }
+}
 
 /// An agent's view of a state: its critic's values and its actor's choice.
 #[derive(Debug, Clone, PartialEq)]
