@@ -120,30 +120,28 @@ pub struct Grouping {
     groups: Vec<RunGroup>,
     /// The group of each run.
     of: HashMap<PathBuf, usize>,
-    known: Arc<Known>,
-}
-
-/// What the configurations of runs determine.
-#[derive(Debug, Clone, Default)]
-struct Known {
     /// For each run its configuration, which may change, and its row with the settings in which it differs from others.
-    rows: HashMap<PathBuf, (Arc<RunConfig>, LearningRow)>,
+    rows: Arc<HashMap<PathBuf, (Arc<RunConfig>, LearningRow)>>,
     /// The settings in which no two runs differ.
-    common: Settings,
+    common: Arc<Settings>,
 }
 
 impl Grouping {
     /// Groups runs. The distinguishing settings are reused if `before` is a grouping of the same runs.
     pub fn new(runs: &[Arc<RunSummary>], before: &Self) -> Self {
-        let known = if before.is_of(runs) { before.known.clone() } else { Arc::new(Known::new(runs)) };
-        let all = Groups::new(runs.iter().map(|run| &known.rows[&run.path].1));
+        let mut grouping = if before.is_of(runs) {
+            Self { rows: before.rows.clone(), common: before.common.clone(), ..Self::default() }
+        } else {
+            Self::ungrouped(runs)
+        };
+        let rows = grouping.rows.clone();
+        let all = Groups::new(runs.iter().map(|run| &rows[&run.path].1));
         // A label has the colour that the first of its runs had, also when it was another label.
         let had = |label: &str| {
             let mut of_label = all.tasks.iter().flat_map(|task| all.indices(task, label));
             of_label.find_map(|index| before.of(&runs[*index].path)).map(|group| group.color)
         };
         let colors = colors(&all.labels.iter().map(|label| (&**label, had(label))).collect::<Vec<_>>());
-        let mut grouping = Self { known: known.clone(), ..Self::default() };
         for task in &all.tasks {
             for (label, color) in all.labels.iter().zip(&colors) {
                 let of_label = all.indices(task, label).iter().map(|index| &*runs[*index]);
@@ -173,11 +171,19 @@ impl Grouping {
         grouping
     }
 
+    /// What the configurations of runs determine.
+    fn ungrouped(runs: &[Arc<RunSummary>]) -> Self {
+        let mut rows: Vec<_> = runs.iter().map(|run| LearningRow::new(&run.config, &RunHistory::default())).collect();
+        let common = distinguish(runs.iter().map(|run| &*run.config).zip(&mut rows).collect());
+        let of_run = |(run, row): (&Arc<RunSummary>, LearningRow)| (run.path.clone(), (run.config.clone(), row));
+        let rows = runs.iter().zip(rows).map(of_run).collect();
+        Self { rows: Arc::new(rows), common: Arc::new(common), ..Self::default() }
+    }
+
     /// Whether it is a grouping of exactly these runs with their current settings.
     fn is_of(&self, runs: &[Arc<RunSummary>]) -> bool {
-        let rows = &self.known.rows;
-        rows.len() == runs.len()
-            && runs.iter().all(|run| rows.get(&run.path).is_some_and(|(known, _)| *known == run.config))
+        let is_known = |run: &Arc<RunSummary>| self.rows.get(&run.path).is_some_and(|(known, _)| *known == run.config);
+        self.rows.len() == runs.len() && runs.iter().all(is_known)
     }
 
     /// The group of a run, if it has been grouped and is not damaged.
@@ -192,23 +198,14 @@ impl Grouping {
 
     /// The settings in which a run differs from others, unless its method implies them.
     pub fn settings(&self, run: &Path) -> Option<&Settings> {
-        self.known.rows.get(run).map(|(_, row)| &row.settings)
+        self.rows.get(run).map(|(_, row)| &row.settings)
     }
 
     /// The effective value of any setting that a run uses, by its JSON path.
     pub fn setting(&self, run: &RunSummary, path: &str) -> Option<&Value> {
-        let (_, row) = self.known.rows.get(&run.path)?;
-        let common = || self.known.common.get(path).filter(|_| run.config.uses(path));
+        let (_, row) = self.rows.get(&run.path)?;
+        let common = || self.common.get(path).filter(|_| run.config.uses(path));
         row.settings.get(path).or_else(|| row.implied.get(path)).or_else(common)
-    }
-}
-
-impl Known {
-    fn new(runs: &[Arc<RunSummary>]) -> Self {
-        let mut rows: Vec<_> = runs.iter().map(|run| LearningRow::new(&run.config, &RunHistory::default())).collect();
-        let common = distinguish(runs.iter().map(|run| &*run.config).zip(&mut rows).collect());
-        let of_run = |(run, row): (&Arc<RunSummary>, LearningRow)| (run.path.clone(), (run.config.clone(), row));
-        Self { rows: runs.iter().zip(rows).map(of_run).collect(), common }
     }
 }
 
@@ -256,7 +253,7 @@ impl Grouper {
             self.known = grouping.clone();
         }
         // Runs that have just been found are not listed one by one during the pause.
-        let is_due = runs.len() > self.known.known.rows.len() || self.loader.is_rested(PAUSE, PAUSE_FACTOR);
+        let is_due = runs.len() > self.known.rows.len() || self.loader.is_rested(PAUSE, PAUSE_FACTOR);
         if self.stale && !self.loader.is_loading() && is_due {
             self.stale = false;
             let (runs, before) = (runs.to_vec(), self.known.clone());
@@ -388,7 +385,7 @@ mod tests {
         assert_eq!(success(of("a"), &runs), 0.625);
         assert_eq!(success(of("c"), &runs), 0.125, "the run that has not begun does not count");
         let again = Grouping::new(&runs, &grouping);
-        assert!(Arc::ptr_eq(&again.known, &grouping.known), "the same runs differ in the same settings");
+        assert!(Arc::ptr_eq(&again.rows, &grouping.rows), "the same runs differ in the same settings");
         let fewer = Grouping::new(&runs[..5], &grouping);
         assert!(fewer.settings(Path::new("runs/c")).unwrap().is_empty());
         for (grouping, run, gamma) in [(&grouping, 2, "0.95"), (&grouping, 5, "0.5"), (&fewer, 2, "0.95")] {

@@ -26,7 +26,7 @@ pub fn on_line(state: &mut Runs, ui: &Ui, act: fn(&mut Runs, &Ui, &Line) -> Vec<
 
 /// Watches a run, or the first of a group, and reports where it is shown.
 pub fn watch(_: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
-    let run = line.runs()[0];
+    let run = line.runs[0];
     let places = ui.text(
         "{screen-training} shows its curves, {screen-scene} its episodes ({previous-episode} and {next-episode})",
     );
@@ -36,7 +36,7 @@ pub fn watch(_: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
 
 /// Marks or unmarks the runs of a line.
 pub fn mark(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
-    let runs = line.runs();
+    let runs = &line.runs;
     state.page = 0;
     if runs.iter().all(|run| state.is_marked(run)) {
         runs.iter().for_each(|run| _ = state.marked.remove(&run.path));
@@ -49,11 +49,11 @@ pub fn mark(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
 
 /// Unfolds or folds a group: that of the selected line, or the one that its run belongs to.
 pub fn fold(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
-    let (lines, run) = (list::lines(state, ui), &line.runs()[0].path);
-    let Some(row) = lines.iter().position(|line| line.is_group() && line.has(run)) else {
+    let (lines, run) = (list::lines(state, ui), &line.runs[0].path);
+    let Some(row) = lines.iter().position(|line| line.group.is_some() && line.has(run)) else {
         return vec![Effect::info("a group of runs that differ in the seed only can be folded")];
     };
-    let runs: Vec<&PathBuf> = lines[row].runs().into_iter().map(|run| &run.path).collect();
+    let runs: Vec<&PathBuf> = lines[row].runs.iter().map(|run| &run.path).collect();
     if runs.iter().any(|run| state.unfolded.contains(*run)) {
         runs.into_iter().for_each(|run| _ = state.unfolded.remove(run));
     } else {
@@ -67,7 +67,7 @@ pub fn fold(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
 pub fn compare(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
     state.page = 0;
     if state.marked.is_empty() {
-        state.marked.extend(line.runs().iter().map(|run| run.path.clone()));
+        state.marked.extend(line.runs.iter().map(|run| run.path.clone()));
     }
     let watch = match state.acted_on(ui).as_slice() {
         [first, second] if !ui.is_watched(first) && !ui.is_watched(second) => Some(first.path.clone()),

@@ -80,7 +80,7 @@ pub fn fitting(chosen: &[String], lines: &[Line], room: u16, ui: &Ui) -> Vec<Col
 
 /// What the columns of time and cost say of a line, which may have no room for them.
 pub fn costs(line: &Line, ui: &Ui) -> Vec<String> {
-    let sum = |heading: &str| if line.is_group() && heading != "start" { " in all" } else { "" };
+    let sum = |heading: &str| if line.group.is_some() && heading != "start" { " in all" } else { "" };
     let told = |(name, _, cell): &(&str, u16, Cell)| Some(format!("{name} {}{}", cell(line, ui, name)?, sum(name)));
     COMMON[2..].iter().filter_map(told).collect()
 }
@@ -112,19 +112,19 @@ pub fn setting(line: &Line, ui: &Ui, path: &str) -> Option<String> {
     let run = line.foremost();
     match path {
         "epsilon" => run.config.method.uses(path).then(|| run.config.epsilon.describe()),
-        "seed" | "name" | "folder" | "note" if line.is_group() => None,
+        "seed" | "name" | "folder" | "note" if line.group.is_some() => None,
         _ => filter::value(run, path, ui).map(|value| printable(&json::text(&value)).into_owned()),
     }
 }
 
 /// The sum over the runs of a line, if it is known of all of them.
 fn total(line: &Line, of: impl Fn(&RunSummary) -> Option<f64>) -> Option<f64> {
-    line.runs().into_iter().map(of).sum()
+    line.runs.iter().copied().map(of).sum()
 }
 
 /// When the first run of a line began, in local time.
 fn start(line: &Line) -> Option<String> {
-    let first = line.runs().into_iter().filter_map(|run| run.began).reduce(f64::min)?;
+    let first = line.runs.iter().copied().filter_map(|run| run.began).reduce(f64::min)?;
     let first = Timestamp::from_second(first as i64).ok()?.to_zoned(TimeZone::system());
     Some(first.strftime("%m-%d %H:%M").to_string())
 }

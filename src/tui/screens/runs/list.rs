@@ -20,37 +20,29 @@ pub fn lines<'a>(state: &Runs, ui: &Ui<'a>) -> Vec<Line<'a>> {
     // The index of each group's line, by the address of the group.
     let mut places: HashMap<*const RunGroup, usize> = HashMap::new();
     for run in ui.view.runs.iter().rev().map(|run| &**run).filter(|run| state.filter.accepts(run, ui)) {
-        let Some(group) = ui.view.groups.of(&run.path).filter(|group| group.runs.len() > 1) else {
-            lines.push(Line::Run(run, false));
-            continue;
-        };
-        let place = *places.entry(std::ptr::from_ref(group)).or_insert(lines.len());
+        let group = ui.view.groups.of(&run.path).filter(|group| group.runs.len() > 1);
+        let place = group.map_or(lines.len(), |group| *places.entry(std::ptr::from_ref(group)).or_insert(lines.len()));
         match lines.get_mut(place) {
-            Some(Line::Group(_, runs, _)) => runs.push(run),
-            _ => lines.push(Line::Group(group, vec![run], 0)),
+            Some(line) => line.runs.push(run),
+            None => lines.push(Line { runs: vec![run], group, ..Line::default() }),
         }
     }
     for line in &mut lines {
-        match line {
-            // A group of which only one run is listed is not folded.
-            Line::Group(_, runs, _) if runs.len() == 1 => *line = Line::Run(runs[0], false),
-            Line::Group(group, runs, hidden) => {
-                // Without a filter, the others are gone: the groups are those of a moment ago.
-                *hidden = if state.filter.text.is_empty() { 0 } else { group.runs.len().saturating_sub(runs.len()) };
-                runs.sort_by_key(|run| run.config.seed);
-            }
-            Line::Run(..) => {}
-        }
+        // A group of which only one run is listed is not folded.
+        line.group = line.group.filter(|_| line.runs.len() > 1);
+        // Without a filter, the others are gone: the groups are those of a moment ago.
+        let of_group = line.group.filter(|_| !state.filter.text.is_empty());
+        line.hidden = of_group.map_or(0, |group| group.runs.len().saturating_sub(line.runs.len()));
+        line.runs.sort_by_key(|run| run.config.seed);
     }
     if state.by_success {
         lines.sort_by_cached_key(|line| Reverse(line.success().map(|share| (share * 1e6) as u32)));
     }
     let unfolded = |line: Line<'a>| {
-        let seeds = match &line {
-            Line::Group(_, runs, _) if runs.iter().any(|run| state.unfolded.contains(&run.path)) => runs.clone(),
-            _ => Vec::new(),
-        };
-        std::iter::once(line).chain(seeds.into_iter().map(|run| Line::Run(run, true)))
+        let is_unfolded = line.group.is_some() && line.runs.iter().any(|run| state.unfolded.contains(&run.path));
+        let runs = if is_unfolded { line.runs.clone() } else { Vec::new() };
+        let below = |run| Line { runs: vec![run], is_below: true, ..Line::default() };
+        std::iter::once(line).chain(runs.into_iter().map(below))
     };
     lines.into_iter().flat_map(unfolded).collect()
 }
@@ -98,9 +90,8 @@ pub fn draw(
     Widget::render(Table::new([Row::new(headings).style(theme.faint())], &widths), header, buffer);
     let row = |index: usize| {
         let line = &lines[index];
-        let runs = line.runs();
-        let watched = runs.iter().any(|run| ui.is_watched(run));
-        let marked = runs.iter().all(|run| state.is_marked(run));
+        let watched = line.runs.iter().any(|run| ui.is_watched(run));
+        let marked = line.runs.iter().all(|run| state.is_marked(run));
         let mark = ["■", if marked { "*" } else { " " }, if watched { ">" } else { " " }].concat();
         let (text, style) = line.state(theme);
         let first = [
@@ -114,7 +105,7 @@ pub fn draw(
     let drawn = list::draw(lines.len(), Some(selected), row, &widths, rows, theme, buffer);
     for (area, index) in &drawn {
         // Also on the selected line, which has no other colours.
-        let group = ui.view.groups.of(&lines[*index].runs()[0].path);
+        let group = ui.view.groups.of(&lines[*index].runs[0].path);
         let colour = group.map_or(Color::Reset, |group| theme.visible(group.color));
         buffer[(area.x, area.y)].set_style(Style::reset().fg(colour));
     }

@@ -64,7 +64,7 @@ impl Runs {
     /// what is left of a group; else the row where it was or the last one.
     fn selected_row(&self, lines: &[Line]) -> usize {
         let row_of = |(is_group, run): &LineKey| {
-            let row = |is_group: bool| lines.iter().position(|line| line.is_group() == is_group && line.has(run));
+            let row = |is_group: bool| lines.iter().position(|line| line.group.is_some() == is_group && line.has(run));
             row(*is_group).or_else(|| row(!is_group))
         };
         let known = self.selected.as_ref().and_then(row_of);
@@ -119,7 +119,7 @@ impl Runs {
             return marked;
         }
         let lines = list::lines(self, ui);
-        lines.get(self.selected_row(&lines)).map_or_else(Vec::new, Line::runs)
+        lines.get(self.selected_row(&lines)).map_or_else(Vec::new, |line| line.runs.clone())
     }
 }
 
@@ -128,10 +128,10 @@ pub fn wanted(state: &Runs, ui: &Ui) -> Vec<PathBuf> {
     let lines = list::lines(state, ui);
     let selected = state.selected_row(&lines);
     let around = selected.saturating_sub(AROUND)..lines.len().min(selected + AROUND);
-    let shown = lines.get(selected).into_iter().chain(&lines[around]);
+    let shown = lines.get(selected).into_iter().chain(&lines[around]).flat_map(|line| &line.runs).copied();
     let all = ui.view.runs.iter().map(|run| &**run).filter(|_| state.filter.needs_curves());
     let mut known = HashSet::new();
-    shown.flat_map(Line::runs).chain(all).filter(|run| known.insert(&run.path)).map(|run| run.path.clone()).collect()
+    shown.chain(all).filter(|run| known.insert(&run.path)).map(|run| run.path.clone()).collect()
 }
 
 /// Draws the screen.
@@ -147,11 +147,10 @@ pub fn draw(state: &Runs, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mu
         preview::draw(ui, line, &details, state.whole, right, buffer);
         details.clear();
         area = left;
-    } else if let Some(Line::Run(run, _)) = lines.get(selected).filter(|line| !line.foremost().note.is_empty()) {
-        details = format!("{details}; note: {}", printable(&run.note));
+    } else if let Some(line) = lines.get(selected).filter(|line| !line.note().is_empty()) {
+        details = format!("{details}; note: {}", printable(line.note()));
     }
-    let is_reading = ui.view.runs_unread > 0 && !ui.view.runs.is_empty();
-    let inside = pane(&title(state, ui, is_reading), area, ui.theme, buffer);
+    let inside = pane(&title(state, ui), area, ui.theme, buffer);
     if lines.is_empty() {
         return hint(&ui.text(nothing(state, ui.view)), inside, ui.theme, buffer);
     }
@@ -165,34 +164,26 @@ pub fn draw(state: &Runs, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mu
     list::draw(state, &lines, selected, ui, rows, buffer, regions);
 }
 
-fn title(state: &Runs, ui: &Ui, is_reading: bool) -> String {
-    let mut title = format!("runs in {}", ui.view.folder.display());
+fn title(state: &Runs, ui: &Ui) -> String {
     let marked = state.marked(ui.view).len();
-    if marked > 0 {
-        title = format!("{title} · {marked} marked");
-    }
-    if !state.filter.text.is_empty() {
-        title = format!("{title} · with `{}`, esc shows all", state.filter.text);
-        let unread = |run: &&Arc<RunSummary>| run.done > 0 && run.curves.last_episode() == 0;
-        let unread = ui.view.runs.iter().filter(|_| state.filter.needs_curves()).filter(unread).count();
-        if unread > 0 {
-            title = format!("{title} · not known of {unread}, whose logs are not read");
-        }
-    }
-    if state.by_success {
-        title += " · by success";
-    }
-    if let Some((command, share)) = &ui.view.forking {
+    let is_unread = |run: &&Arc<RunSummary>| run.done > 0 && run.curves.last_episode() == 0;
+    let unread = ui.view.runs.iter().filter(|_| state.filter.needs_curves()).filter(is_unread).count();
+    let forking = ui.view.forking.as_ref().map(|(command, share)| {
         let share = share.map_or_else(String::new, |share| format!(", {:.0} %", 100.0 * share));
-        title = format!("{title} · making `{command}`{share}");
-    }
-    if !ui.view.damaged.is_empty() {
-        title = format!("{title} · {} damaged: {}", ui.view.damaged.len(), ui.text("{screen-log} tells why"));
-    }
-    if is_reading {
-        title = format!("{title} · {} more are being read", ui.view.runs_unread);
-    }
-    title
+        format!("making `{command}`{share}")
+    });
+    let (damaged, left) = (ui.view.damaged.len(), ui.view.runs_unread);
+    let parts = [
+        Some(format!("runs in {}", ui.view.folder.display())),
+        (marked > 0).then(|| format!("{marked} marked")),
+        (!state.filter.text.is_empty()).then(|| format!("with `{}`, esc shows all", state.filter.text)),
+        (unread > 0).then(|| format!("not known of {unread}, whose logs are not read")),
+        state.by_success.then(|| "by success".to_owned()),
+        forking,
+        (damaged > 0).then(|| ui.text(&format!("{damaged} damaged: {{screen-log}} tells why"))),
+        (left > 0 && !ui.view.runs.is_empty()).then(|| format!("{left} more are being read")),
+    ];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(" · ")
 }
 
 fn nothing(state: &Runs, view: &ViewModel) -> &'static str {
@@ -210,9 +201,9 @@ pub const EXPLANATION: &str = "> watched, * marked; success: latest episodes (gr
 
 /// A summary of a line.
 fn about(line: &Line, ui: &Ui) -> String {
-    let text = match line {
-        Line::Run(run, _) => about_run(run),
-        Line::Group(group, runs, hidden) => about_group(group, runs, *hidden),
+    let text = match line.group {
+        None => about_run(line.runs[0]),
+        Some(group) => about_group(group, &line.runs, line.hidden),
     };
     [vec![text], columns::costs(line, ui)].concat().join("; ")
 }

@@ -9,6 +9,7 @@ use super::super::pane::{fitted, lines, pane};
 use super::super::{HitRegions, Ui};
 use super::columns;
 use super::line::Line;
+use crate::tui::view::RunGroup;
 use mge_base::text::printable;
 use mge_run::Metric;
 
@@ -16,10 +17,7 @@ use mge_run::Metric;
 const CHART: u16 = 6;
 /// Draws the preview, `whole` without its curves, which leaves more room for the text.
 pub fn draw(ui: &Ui, line: &Line, about: &str, whole: bool, area: Rect, buffer: &mut Buffer) {
-    let name = match line {
-        Line::Run(run, _) => run.name.clone(),
-        Line::Group(group, ..) => group.title(),
-    };
+    let name = line.group.map_or_else(|| line.runs[0].name.clone(), RunGroup::title);
     let inside = pane(&name, area, ui.theme, buffer);
     let about = Text::from_iter(lines(about, inside.width, Style::new()));
     let chart = Constraint::Length(if whole { 0 } else { (inside.height / 4).max(CHART) });
@@ -32,10 +30,7 @@ pub fn draw(ui: &Ui, line: &Line, about: &str, whole: bool, area: Rect, buffer: 
     for (metric, place) in charts.into_iter().filter(|_| !whole) {
         Charts::new(&curves, shown(ui, line), ui).draw(metric, place, buffer, &mut HitRegions::new());
     }
-    let note = match line {
-        Line::Run(run, _) if !run.note.is_empty() => lines(&printable(&run.note), rest.width, Style::new()).collect(),
-        _ => Vec::new(),
-    };
+    let note = lines(&printable(line.note()), rest.width, Style::new()).collect();
     // What a user wrote comes first: what does not fit is cut off at the end.
     let mut text = section(ui, "note", note, rest.width);
     text.extend(section(ui, "main and differing settings", settings(ui, line, rest.width), rest.width));
@@ -44,13 +39,10 @@ pub fn draw(ui: &Ui, line: &Line, about: &str, whole: bool, area: Rect, buffer: 
 
 /// The curves of a line: one for a group as soon as it is known, before that one for each of its runs.
 fn shown<'a>(ui: &Ui<'a>, line: &Line<'a>) -> Vec<Shown<'a>> {
-    match line {
-        Line::Run(run, _) => vec![Shown::run(run, ui.view)],
-        Line::Group(group, runs, hidden) => match &group.curves {
-            Some(curves) if *hidden == 0 => vec![Shown::Group(group, curves)],
-            // Not the mean of runs that are not listed.
-            _ => runs.iter().map(|run| Shown::run(run, ui.view)).collect(),
-        },
+    // Not the mean of runs that are not listed.
+    match line.group.filter(|_| line.hidden == 0).and_then(|group| Some((group, group.curves.as_ref()?))) {
+        Some((group, curves)) => vec![Shown::Group(group, curves)],
+        None => line.runs.iter().map(|run| Shown::run(run, ui.view)).collect(),
     }
 }
 
