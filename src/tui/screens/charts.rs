@@ -28,13 +28,14 @@ impl<'a> Shown<'a> {
         Self::Run(run, view.groups.of(&run.path))
     }
 
-    /// Its task, its name in the legend, and a longer one in place of a name that something else has, too.
-    fn names(&self) -> [String; 3] {
+    /// Its task, its name in the legend, and those in place of one that something else on the task has, too.
+    fn names(&self) -> (&'a str, Vec<String>) {
         match self {
-            Self::Run(run, _) => [run.config.task.name.clone(), run.name.clone(), run.path.display().to_string()],
-            Self::Group(group, _) => {
-                [group.task.clone(), group.name.clone(), format!("{}, {}", group.name, group.task)]
+            Self::Run(run, _) => {
+                let seeded = format!("{}, seed {}", run.name, run.config.seed);
+                (&run.config.task.name, vec![run.name.clone(), seeded, run.path.display().to_string()])
             }
+            Self::Group(group, _) => (&group.task, vec![group.name.clone()]),
         }
     }
 
@@ -84,12 +85,12 @@ pub struct Charts<'a> {
 impl<'a> Charts<'a> {
     /// Charts of these, over the same episodes.
     pub fn new(state: &'a CurvesState, shown: Vec<Shown<'a>>, ui: &'a Ui<'a>) -> Self {
-        let all: Vec<[String; 3]> = shown.iter().map(Shown::names).collect();
-        let names = all.iter().map(|[task, name, longer]| {
-            let is_unique = all.iter().filter(|[_, other, _]| other == name).count() == 1;
-            let is_alone = all.iter().all(|[other, ..]| other == task);
-            let name = if is_unique { name } else { longer };
-            if is_alone || !is_unique { name.clone() } else { format!("{task}: {name}") }
+        let all: Vec<(&str, Vec<String>)> = shown.iter().map(Shown::names).collect();
+        let names = all.iter().map(|(task, names)| {
+            let is_own = |name: &&String| all.iter().filter(|(on, all)| on == task && all.contains(name)).count() == 1;
+            let is_alone = all.iter().all(|(other, _)| other == task);
+            let name = names.iter().find(is_own).unwrap_or(&names[0]);
+            if is_alone { name.clone() } else { format!("{task}: {name}") }
         });
         let names = if shown.len() > 1 { names.collect() } else { vec![String::new()] };
         let colours = colours(&shown, ui.theme);
