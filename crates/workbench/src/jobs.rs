@@ -66,8 +66,7 @@ impl Session {
 
     /// Cancels and drops the jobs of the commands that satisfy `which`.
     pub(super) fn cancel_jobs(&mut self, which: impl Fn(&Command) -> bool) {
-        let cancelled: Vec<CommandJob> = self.jobs.extract_if(.., |pending| which(&pending.command)).collect();
-        for pending in &cancelled {
+        for pending in self.jobs.extract_if(.., |pending| which(&pending.command)) {
             pending.job.cancel();
             self.journal.forget(&pending.entries);
         }

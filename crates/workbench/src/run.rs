@@ -78,15 +78,12 @@ impl RunView {
     }
 
     pub(super) fn new(directory: RunDirectory) -> Result<Self, RunError> {
+        let config = Arc::new(RunConfig::of(&directory)?);
         Ok(Self {
             number: 0,
             name: directory.name(),
             log: RunLog::new(&directory, MAX_KEPT),
-            saved: SavedRun {
-                config: Arc::new(RunConfig::of(&directory)?),
-                directory,
-                checkpoint: CheckpointName::Last,
-            },
+            saved: SavedRun { config, directory, checkpoint: CheckpointName::Last },
             saved_episode: 0,
             trainer: None,
             live: None,

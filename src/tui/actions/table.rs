@@ -134,7 +134,7 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("delete-run", "delete X", "", "delete", "", Do(|app| app.on_chosen(runs::delete))),
     ]),
     (Models, &[
-        ("choose-model", "enter", "choose", "model", "let the selected model predict the rollouts behind the next clusters", Effects(|s, ui| models::choose(&s.lists, ui))),
+        ("choose-model", "enter", "choose", "model", "let the selected model predict the rollouts behind the next clusters", Effects(|s, ui| models::choose(s.model, ui))),
         ("train-model", "T", "train a model", "model train", "", Effects(|_, ui| models::train(ui))),
     ]),
     (Figures, &[
@@ -144,8 +144,8 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("compose", "tab", "compose", "figure", "compose the learning figure of the marked runs", Effects(figures::compose)),
     ]),
     (Log, &[
-        ("log-level", "v", "level", "", "show all lines, only what matters, or only warnings and errors", Change(|s, _| s.lists.log.next_level())),
-        ("filter-log", "/", "filter", "", "show only lines with words, such as the name of a run", Effects(|s, ui| s.lists.log.ask_for_words(ui))),
+        ("log-level", "v", "level", "", "show all lines, only what matters, or only warnings and errors", Change(|s, _| s.log.next_level())),
+        ("filter-log", "/", "filter", "", "show only lines with words, such as the name of a run", Effects(|s, ui| s.log.ask_for_words(ui))),
     ]),
     (List, &[
         ("above", "up k", "", "", "select the line above", Do(|app| app.select_line(|now, _| now.saturating_sub(1)))),

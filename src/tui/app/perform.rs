@@ -7,7 +7,7 @@ use crate::tui::actions::{Entry, Run, Tab};
 use crate::tui::effect::{Effect, Layer};
 use crate::tui::input::fill;
 use crate::tui::layers::{Arguments, CommandPalette, Question, some_of};
-use crate::tui::screens::{Ui, figures, lists, run_form, runs, scene_actions, schedule, training};
+use crate::tui::screens::{Ui, figures, run_form, runs, scene_actions, schedule, training};
 use crate::tui::view::playback::Player;
 use crate::tui::view::{Choice, Level, RunSummary, ViewModel};
 use crate::tui::widgets::theme::{Palette, Theme};
@@ -84,7 +84,7 @@ impl App {
     /// # Errors
     /// When the command fails.
     pub fn apply_typed(&mut self, command: Command) -> Result<(), String> {
-        let chosen = self.chosen();
+        let chosen = self.screens.acted_on(&self.ui(), self.tab);
         let is_on_run = match &command {
             Command::Continue(continued) => continued.folder.is_none(),
             Command::Pause(_) | Command::Resume(_) | Command::Stop(_) | Command::Guide(_) => true,
@@ -222,30 +222,23 @@ impl App {
     /// Carries out an action on runs: on the Runs screen on the marked ones or those of the selected line, elsewhere on
     /// the watched one.
     pub fn on_chosen(&mut self, act: fn(&[&RunSummary], &Ui<'_>) -> Vec<Effect>) {
-        let effects = match self.chosen().as_slice() {
+        let effects = match self.screens.acted_on(&self.ui(), self.tab).as_slice() {
             [] => vec![Effect::info("there is no run")],
             runs => act(runs, &self.ui()),
         };
         self.carry_out(effects);
     }
 
-    fn chosen(&self) -> Vec<&RunSummary> {
-        match self.tab {
-            Tab::Runs => self.screens.runs.acted_on(&self.ui()),
-            _ => self.subject.run().into_iter().collect(),
-        }
-    }
-
     /// Exports the selected figure.
     pub fn export_selected(&mut self, format: &str) {
-        let kind = figures::selected(&self.screens.lists);
-        let figure = figures::export(kind, format, &self.screens.lists, &self.screens.runs, &self.ui());
+        let kind = figures::selected(&self.screens);
+        let figure = figures::export(kind, format, &self.screens, &self.ui());
         self.apply(figure);
     }
 
     /// Opens the selected figure, once exported, in the system's viewer.
     pub fn view_figure(&mut self) {
-        let file = figures::file(figures::selected(&self.screens.lists), "png", &self.screens.lists, &self.ui());
+        let file = figures::file(figures::selected(&self.screens), "png", &self.screens, &self.ui());
         if !file.exists() {
             let export = fill("{export-figure} exports it");
             return self.show_message(Level::Info, format!("{} does not exist yet: {export}", file.display()));
@@ -293,7 +286,7 @@ impl App {
     }
 
     fn palette(&self) -> CommandPalette {
-        let run = self.chosen().first().copied();
+        let run = self.screens.acted_on(&self.ui(), self.tab).first().copied();
         CommandPalette::new(&self.contexts(), Arguments::new(self.workspace.view(), run), self.typed.clone())
     }
 
@@ -332,7 +325,7 @@ impl App {
     pub fn select_line(&mut self, line: fn(usize, usize) -> usize) {
         let tab = self.tab;
         let (screens, ui) = self.screens_and_ui();
-        lists::select_line(screens, &ui, tab, line);
+        screens.select_line(&ui, tab, line);
     }
 
     /// Changes the playback of the episode that is shown, given its number of steps.
@@ -387,7 +380,7 @@ impl App {
             Tab::Training if self.screens.curves.leave() => None,
             Tab::Training if is_past => Some(Choice::Latest),
             Tab::Runs if self.screens.runs.leave() => None,
-            Tab::Log if self.screens.lists.log.leave() => None,
+            Tab::Log if self.screens.log.leave() => None,
             _ => {
                 let text = fill("nothing is open: {screen-scene} shows the scene, {quit} leaves");
                 return self.show_message(Level::Info, text);
@@ -400,7 +393,7 @@ impl App {
 
     /// Keeps the preview of the selected figure up to date.
     pub(super) fn update_preview(&mut self) {
-        let wanted = figures::wanted(&self.screens.lists, &self.screens.runs, &self.ui(), &self.regions);
+        let wanted = figures::wanted(&self.screens, &self.ui(), &self.regions);
         if let Some(wanted) = wanted {
             let workspace = &self.workspace;
             self.changed |= self.screens.preview.update(&wanted, || workspace.figure(wanted.kind, &wanted.composition));
@@ -416,7 +409,7 @@ impl App {
                 Tab::Runs if screens.runs.is_selected(ui, row) => {
                     return runs::on_line(&mut screens.runs, ui, runs::watch);
                 }
-                _ => lists::select_line(screens, ui, tab, |_, _| row),
+                _ => screens.select_line(ui, tab, |_, _| row),
             }
             Vec::new()
         });

@@ -72,14 +72,13 @@ impl Form {
         explain: impl Fn(usize, &[&str], bool) -> [String; 2] + 'static,
         read: impl Fn(&[&str]) -> Result<Effect, String> + 'static,
     ) -> Self {
-        let (explain, read) = (Box::new(explain), Box::new(read));
         Self {
             title: title.into(),
             fields,
             selected: 0,
             entered: false,
-            explain,
-            read,
+            explain: Box::new(explain),
+            read: Box::new(read),
             completions: Vec::new(),
             picked: None,
             live: None,
@@ -172,11 +171,6 @@ impl Form {
         self.emptied().or_else(|| (self.read)(texts).err()).filter(|_| is_typed)
     }
 
-    /// Selects the field that is `by` after the selected one.
-    fn go(&mut self, by: usize) {
-        self.select((self.selected + by) % self.fields.len());
-    }
-
     /// Selects a field. What was wrong with the latest answer gives way to its explanation.
     fn select(&mut self, place: usize) {
         (self.selected, self.entered, self.error) = (place, true, None);
@@ -184,18 +178,12 @@ impl Form {
 
     /// Chooses the text that is `by` after the present one, by an arrow key.
     fn choose(&mut self, by: usize) {
-        let now = self.chosen();
+        let [shown, _] = (self.explain)(self.selected, &self.texts(), false);
         let Field { input, choices, .. } = &mut self.fields[self.selected];
+        let is_now = |choice: &String| choice == if input.text().is_empty() { &shown } else { input.text() };
+        let now = choices.iter().position(is_now).unwrap_or(0);
         *input = TextInput::new(choices[(now + by) % choices.len()].clone());
         self.error = None;
-    }
-
-    /// The place of the present text among the choices.
-    fn chosen(&self) -> usize {
-        let [shown, _] = (self.explain)(self.selected, &self.texts(), false);
-        let Field { input, choices, .. } = &self.fields[self.selected];
-        let is_now = |choice: &String| choice == if input.text().is_empty() { &shown } else { input.text() };
-        choices.iter().position(is_now).unwrap_or(0)
     }
 }
 
@@ -228,8 +216,8 @@ impl Layer for Form {
             KeyCode::Up if !self.completions.is_empty() => self.pick(-1),
             KeyCode::Down if !self.completions.is_empty() => self.pick(1),
             KeyCode::Tab if !self.completions.is_empty() => return self.complete(),
-            KeyCode::Up | KeyCode::BackTab => self.go(self.fields.len() - 1),
-            KeyCode::Down | KeyCode::Tab => self.go(1),
+            KeyCode::Up | KeyCode::BackTab => self.select((self.selected + self.fields.len() - 1) % self.fields.len()),
+            KeyCode::Down | KeyCode::Tab => self.select((self.selected + 1) % self.fields.len()),
             KeyCode::Left if choices > 0 => self.choose(choices - 1),
             KeyCode::Right | KeyCode::Char(' ') if choices > 0 => self.choose(1),
             _ if choices == 0 && self.fields[self.selected].input.key(key) => return self.changed(),

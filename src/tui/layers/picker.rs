@@ -36,12 +36,8 @@ impl<T> Item<T> {
 }
 
 impl<T> Searched for Item<T> {
-    fn names(&self) -> Vec<&str> {
-        vec![&self.name]
-    }
-
-    fn about(&self) -> &str {
-        &self.about
+    fn texts(&self) -> (Vec<&str>, &str) {
+        (vec![&self.name], &self.about)
     }
 }
 
@@ -183,7 +179,7 @@ impl<T: Clone> Layer for Picker<T> {
             Some(item) => {
                 let variants = self.variants(item);
                 let inside = if variants > 0 { format!(" · enter shows {variants} more") } else { String::new() };
-                format!("{} of {}: {}{inside}", self.selected + 1, self.found.len(), item.about())
+                format!("{} of {}: {}{inside}", self.selected + 1, self.found.len(), item.about)
             }
             None => "nothing matches".to_owned(),
         };

@@ -7,11 +7,8 @@ use mge_base::spelling::closeness;
 
 /// Something that can be searched.
 pub trait Searched {
-    /// Its names, in which letters are found that are in the typed order.
-    fn names(&self) -> Vec<&str>;
-
-    /// A description, in which parts of words are found.
-    fn about(&self) -> &str;
+    /// Its names, in which letters are found that are in the typed order, and a description, in which parts of words are.
+    fn texts(&self) -> (Vec<&str>, &str);
 }
 
 /// The least score of a letter, on average: less is that of letters that are scattered over a long text by chance.
@@ -33,8 +30,8 @@ pub fn search<'a, T: Searched>(items: impl IntoIterator<Item = &'a T>, typed: &s
     let (mut matcher, mut characters) = (Matcher::new(Config::DEFAULT), Vec::new());
     let mut score = |atom: &Atom, text: &str| atom.score(Utf32Str::new(text, &mut characters), &mut matcher);
     let mut rank = |item: &T| {
-        let (names, mut sum) = (item.names(), 0);
-        let text = [&names, &[item.about()][..]].concat().join(" ");
+        let ((names, about), mut sum) = (item.texts(), 0);
+        let text = [&names, &[about][..]].concat().join(" ");
         for (scattered, part, least) in &words {
             let name = scattered.iter().flat_map(|atom| names.iter().map(move |name| (atom, name)));
             let name = name.filter_map(|(atom, name)| score(atom, name)).map(u32::from).max();
@@ -53,7 +50,7 @@ pub fn search<'a, T: Searched>(items: impl IntoIterator<Item = &'a T>, typed: &s
 pub fn similar<'a, T: Searched>(items: &'a [T], typed: &str, least: f64) -> Vec<&'a T> {
     /// Number of items.
     const SIMILAR: usize = 8;
-    let rank = |item: &'a T| (item.names().into_iter().map(|name| closeness(name, typed)).fold(0.0, f64::max), item);
+    let rank = |item: &'a T| (item.texts().0.into_iter().map(|name| closeness(name, typed)).fold(0.0, f64::max), item);
     let mut all: Vec<_> = items.iter().map(rank).collect();
     all.retain(|(closeness, _)| *closeness >= least);
     all.sort_by(|(a, _), (b, _)| b.total_cmp(a));

@@ -9,9 +9,7 @@ use ratatui::prelude::*;
 use ratatui::widgets::Row;
 
 use super::figure_in_cells::in_cells;
-use super::lists::Lists;
 use super::pane::{hint, lines, pane};
-use super::runs::Runs;
 use super::{HitRegion, HitRegions, Screens, Ui, row_regions};
 use crate::tui::app::App;
 use crate::tui::effect::Effect;
@@ -46,7 +44,7 @@ pub fn draw(screens: &Screens, ui: &Ui, covered: bool, area: Rect, buffer: &mut 
         Layout::vertical([Constraint::Length(rows), Constraint::Fill(1)]).areas(area)
     };
     listed(screens, ui, list, buffer, regions);
-    let kind = selected(&screens.lists);
+    let kind = selected(screens);
     let inside = pane(kind.name(), picture, ui.theme, buffer);
     regions.push((inside, HitRegion::Preview));
     match screens.preview.draw(kind, covered, inside, buffer) {
@@ -57,15 +55,15 @@ pub fn draw(screens: &Screens, ui: &Ui, covered: bool, area: Rect, buffer: &mut 
 }
 
 /// The command that exports a figure in a format.
-pub fn export(kind: FigureKind, format: &str, lists: &Lists, runs: &Runs, ui: &Ui) -> Command {
-    let composition = composition(kind, lists, runs, ui);
-    command::Figure { composition, ..command::Figure::with_defaults(kind, &file(kind, format, lists, ui)) }.into()
+pub fn export(kind: FigureKind, format: &str, screens: &Screens, ui: &Ui) -> Command {
+    let composition = composition(kind, screens, ui);
+    command::Figure { composition, ..command::Figure::with_defaults(kind, &file(kind, format, screens, ui)) }.into()
 }
 
 /// The file to which a figure is exported.
-pub fn file(kind: FigureKind, format: &str, lists: &Lists, ui: &Ui) -> PathBuf {
+pub fn file(kind: FigureKind, format: &str, screens: &Screens, ui: &Ui) -> PathBuf {
     let name = match kind {
-        FigureKind::Learning if !lists.file.is_empty() => format!("{}.{format}", lists.file),
+        FigureKind::Learning if !screens.file.is_empty() => format!("{}.{format}", screens.file),
         FigureKind::Learning => format!("{}.{format}", kind.name()),
         _ => fitting(&ui.view.task.name, &format!("-{}.{format}", kind.name())),
     };
@@ -77,11 +75,11 @@ fn is_shown(composition: &Composition, run: &Path) -> bool {
     composition.runs.is_empty() || composition.runs.iter().any(|shown| shown == run)
 }
 
-fn composition(kind: FigureKind, lists: &Lists, runs: &Runs, ui: &Ui) -> Composition {
+fn composition(kind: FigureKind, screens: &Screens, ui: &Ui) -> Composition {
     match kind {
         FigureKind::Learning => {
-            let marked = runs.marked(ui.view).into_iter().map(|run| run.path.clone()).collect();
-            Composition { runs: marked, ..lists.composition.clone() }
+            let marked = screens.runs.marked(ui.view).into_iter().map(|run| run.path.clone()).collect();
+            Composition { runs: marked, ..screens.composition.clone() }
         }
         _ => Composition::default(),
     }
@@ -95,15 +93,15 @@ fn listed(screens: &Screens, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: 
         Row::new([kind.name(), about(kind)])
     };
     let (count, widths) = (FigureKind::ALL.len(), [Constraint::Length(10), Constraint::Fill(1)]);
-    let figure = Some(screens.lists.figure);
+    let figure = Some(screens.figure);
     regions.extend(row_regions(list::draw(count, figure, row, &widths, inside, theme, buffer)));
     let [_, below] = Layout::vertical([Constraint::Length(count as u16 + 1), Constraint::Fill(1)]).areas(inside);
     if below.height == 0 {
         return;
     }
     let mut text: Vec<Line> = Vec::new();
-    if selected(&screens.lists) == FigureKind::Learning {
-        let command = export(FigureKind::Learning, "png", &screens.lists, &screens.runs, ui);
+    if selected(screens) == FigureKind::Learning {
+        let command = export(FigureKind::Learning, "png", screens, ui);
         text.extend(lines(&format!("in a script: {command}\n\n"), below.width, Style::new()));
     }
     let written = ui.view.figures.iter().rev().map(|path| format!("wrote {}", path.display()));
@@ -117,15 +115,15 @@ fn listed(screens: &Screens, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: 
 const EXPLANATION: &str = "Nothing exported yet: the keys in the last row export the selected figure into the folder figures/. {compose} composes the learning figure.";
 
 /// The selected figure.
-pub fn selected(lists: &Lists) -> FigureKind {
-    FigureKind::ALL[lists.figure.min(FigureKind::ALL.len() - 1)]
+pub fn selected(screens: &Screens) -> FigureKind {
+    FigureKind::ALL[screens.figure.min(FigureKind::ALL.len() - 1)]
 }
 
 /// The preview to draw. None while there is no room for one.
-pub fn wanted(lists: &Lists, runs: &Runs, ui: &Ui, regions: &HitRegions) -> Option<PreviewRequest> {
+pub fn wanted(screens: &Screens, ui: &Ui, regions: &HitRegions) -> Option<PreviewRequest> {
     let (area, _) = regions.iter().find(|(area, it)| matches!(it, HitRegion::Preview) && !area.is_empty())?;
-    let kind = selected(lists);
-    let composition = composition(kind, lists, runs, ui);
+    let kind = selected(screens);
+    let composition = composition(kind, screens, ui);
     Some(PreviewRequest {
         kind,
         task: ui.view.task.clone(),
@@ -151,10 +149,9 @@ fn progress(kind: FigureKind, composition: &Composition, ui: &Ui) -> u64 {
 /// Selects the learning figure and asks for its options, and for the name of its file.
 pub fn compose(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
     let labels = labels(screens, ui);
-    let lists = &mut screens.lists;
-    lists.figure = FigureKind::ALL.iter().position(|kind| *kind == FigureKind::Learning).unwrap_or(0);
-    let file = Some(("file", lists.file.clone())).filter(|(_, name)| !name.is_empty());
-    let options = lists.composition.options().into_iter().chain(file).map(|(key, value)| format!("{key}={value}"));
+    screens.figure = FigureKind::ALL.iter().position(|kind| *kind == FigureKind::Learning).unwrap_or(0);
+    let file = Some(("file", screens.file.clone())).filter(|(_, name)| !name.is_empty());
+    let options = screens.composition.options().into_iter().chain(file).map(|(key, value)| format!("{key}={value}"));
     let runs = ui.text("The runs are those marked on the Runs screen ({screen-runs}), or all.");
     let exports = ui.text("{export-figure} exports it as PNG, {export-svg} as SVG");
     let completions = completions(&labels);
@@ -172,7 +169,7 @@ pub fn compose(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
         let composition = Composition::default().with_options(options)?;
         is_known.then(|| composition.by_label(&labels)).transpose().map_err(|error| error.to_string())?;
         let report = Effect::info(format!("composed: {}; {exports}", if text.is_empty() { "as usual" } else { text }));
-        let change = |app: &mut App| (app.screens.lists.composition, app.screens.lists.file) = (composition, file);
+        let change = |app: &mut App| (app.screens.composition, app.screens.file) = (composition, file);
         Ok(Effect::all(vec![Effect::call(change), report]))
     });
     vec![Effect::open(prompt.completing(completions))]
@@ -180,7 +177,7 @@ pub fn compose(screens: &mut Screens, ui: &Ui) -> Vec<Effect> {
 
 /// The labels of the curves, those of the marked runs, or else of all, with their texts in the legend and their runs.
 fn labels(screens: &Screens, ui: &Ui) -> Vec<(String, String)> {
-    let composition = composition(FigureKind::Learning, &screens.lists, &screens.runs, ui);
+    let composition = composition(FigureKind::Learning, screens, ui);
     let shown = ui.view.runs.iter().filter(|run| is_shown(&composition, &run.path));
     let entry = |run: &Arc<RunSummary>| {
         let group = ui.view.groups.of(&run.path)?;

@@ -1,18 +1,47 @@
-//! The whole picture: tabs, screen, message and footer.
+//! The whole picture: tabs, screen, message and footer, and where things were drawn, for the mouse.
 
 use ratatui::prelude::*;
 use ratatui::widgets::Clear;
 
 use super::pane::{level_style, lines};
-use super::{HitRegion, HitRegions, Screens, Ui, figures, log, models, runs, schedule, training, workbench};
+use super::{Screens, Ui, figures, log, models, runs, schedule, training, workbench};
 use crate::tui::actions::{Context, Entry, Tab};
+use crate::tui::chart::Axes;
 use crate::tui::input;
 use crate::tui::layers::{some_of, tool_text};
+use crate::tui::scene::View;
 use crate::tui::view::{Level, RunSummary};
 use crate::tui::widgets::columns;
 use crate::tui::widgets::layout::{MIN_SIZE, body};
-use mge_run::RunState;
+use mge_run::{Metric, RunState};
 use mge_task::{Object, Part};
+
+/// The regions of a drawing.
+pub type HitRegions = Vec<(Rect, HitRegion)>;
+
+/// Something that reacts to the mouse.
+#[derive(Debug, Clone, Copy)]
+pub enum HitRegion {
+    /// A tab.
+    Tab(Tab),
+    /// A hint in the last line.
+    Hint(&'static Entry),
+    /// The scene.
+    Scene(View),
+    /// The schedule's plot.
+    Schedule(Axes),
+    /// A row of a list.
+    Row(usize),
+    /// A curve.
+    Chart(Axes, Metric),
+    /// The picture of a figure.
+    Preview,
+}
+
+/// The rows of a list.
+pub(super) fn row_regions(drawn: Vec<(Rect, usize)>) -> impl Iterator<Item = (Rect, HitRegion)> {
+    drawn.into_iter().map(|(area, index)| (area, HitRegion::Row(index)))
+}
 
 /// Width from which the names of all tabs fit.
 const TABS: u16 = 80;
@@ -48,9 +77,9 @@ pub fn draw_frame(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect, buffe
         Tab::Schedule => schedule::draw(&screens.schedule, ui, body, buffer, &mut regions),
         Tab::Training => training::draw(ui, screens, body, buffer, &mut regions),
         Tab::Runs => runs::draw(&screens.runs, ui, body, buffer, &mut regions),
-        Tab::Models => models::draw(&screens.lists, ui, body, buffer, &mut regions),
+        Tab::Models => models::draw(screens.model, ui, body, buffer, &mut regions),
         Tab::Figures => figures::draw(screens, ui, chrome.covered, body, buffer, &mut regions),
-        Tab::Log => log::draw(&screens.lists, ui, body, buffer),
+        Tab::Log => log::draw(&screens.log, ui, body, buffer),
     }
     let below = Rect { y: area.bottom() - 1 - rows, height: rows, ..area };
     Clear.render(below, buffer);
@@ -72,7 +101,7 @@ fn message(ui: &Ui, screens: &Screens, chrome: &Chrome, area: Rect) -> Text<'sta
 
 /// The paused runs that the key resumes; if others go on, it pauses them.
 fn paused<'a>(ui: &Ui<'a>, screens: &Screens, tab: Tab) -> Vec<&'a RunSummary> {
-    let acted_on = if tab == Tab::Runs { screens.runs.acted_on(ui) } else { ui.subject.run().into_iter().collect() };
+    let acted_on = screens.acted_on(ui, tab);
     let goes_on = acted_on.iter().any(|run| run.state == RunState::Running);
     acted_on.into_iter().filter(|run| !goes_on && run.state == RunState::Paused).collect()
 }

@@ -5,7 +5,6 @@ use std::cell::Cell;
 use ratatui::prelude::*;
 
 use super::Ui;
-use super::lists::Lists;
 use super::pane::{hint, level_style, pane};
 use crate::tui::effect::Effect;
 use crate::tui::layers::{Form, Value};
@@ -49,7 +48,7 @@ impl LogState {
         let least = self.least;
         let read = move |text: &str| {
             let words = text.trim().to_lowercase();
-            Ok(Effect::call(move |app| app.screens.lists.log = LogState { words, least, ..LogState::default() }))
+            Ok(Effect::call(move |app| app.screens.log = LogState { words, least, ..LogState::default() }))
         };
         let runs = ui.view.runs.iter().rev().map(|run| Value::new(&*run.name, &*run.label)).collect();
         let prompt = Form::prompt("show lines with", "words, such as the name of a run", &*self.words, read);
@@ -75,21 +74,21 @@ impl LogState {
 }
 
 /// Draws the screen.
-pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer) {
+pub fn draw(log: &LogState, ui: &Ui, area: Rect, buffer: &mut Buffer) {
     let Ui { view, theme, .. } = *ui;
-    let inside = pane(&lists.log.title(), area, theme, buffer);
+    let inside = pane(&log.title(), area, theme, buffer);
     if view.log.is_empty() {
         let text = "Nothing has happened yet. Everything you do and everything a run reports appears here.";
         return hint(text, inside, theme, buffer);
     }
-    let shown = lists.log.lines(ui);
+    let shown = log.lines(ui);
     if shown.is_empty() {
         return hint("No line matches. Escape shows all.", inside, theme, buffer);
     }
-    let LogState { selected, drawn, .. } = &lists.log;
+    let LogState { selected, drawn, .. } = log;
     let fresh = view.log_total - drawn.replace(view.log_total).min(view.log_total);
     if selected.get() > 0 && fresh < view.log_total {
-        let later = view.log.iter().rev().take(fresh).filter(|line| lists.log.shows(line, ui));
+        let later = view.log.iter().rev().take(fresh).filter(|line| log.shows(line, ui));
         selected.set(selected.get() + later.count());
     }
     let of_entry = |entry: &&LogLine| {

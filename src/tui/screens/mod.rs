@@ -7,11 +7,9 @@ pub mod edit;
 mod figure_in_cells;
 pub mod figures;
 mod frame;
-pub mod lists;
 pub mod log;
 pub mod models;
 mod pane;
-mod regions;
 pub mod run_form;
 pub mod runs;
 pub mod scene;
@@ -23,15 +21,16 @@ pub mod tools;
 pub mod training;
 mod workbench;
 
-pub use frame::{Chrome, draw_frame};
-use regions::row_regions;
-pub use regions::{HitRegion, HitRegions};
+use frame::row_regions;
+pub use frame::{Chrome, HitRegion, HitRegions, draw_frame};
 
 use super::actions::Tab;
 use super::input;
 use super::view::{RunSummary, Subject, ViewModel};
 use super::widgets::preview::Preview;
 use super::widgets::theme::Theme;
+use mge_results::Composition;
+use mge_workbench::FigureKind;
 
 /// The state of the screens.
 #[derive(Default)]
@@ -46,8 +45,16 @@ pub struct Screens {
     pub schedule: schedule::Schedule,
     /// Of the list of runs.
     pub runs: runs::Runs,
-    /// Selected lines of the Models, Figures and Log screens.
-    pub lists: lists::Lists,
+    /// The selected line of the Models screen.
+    pub model: usize,
+    /// That of the Figures screen.
+    pub figure: usize,
+    /// What the figure of learning curves shows, and how, apart from its runs.
+    pub composition: Composition,
+    /// The name of its file without suffix; empty for the usual one.
+    pub file: String,
+    /// Which lines the Log screen shows.
+    pub log: log::LogState,
     /// The preview on the Figures screen.
     pub preview: Preview,
 }
@@ -56,6 +63,28 @@ impl Screens {
     /// The state of the curves on a screen, and that of the list of runs.
     pub fn curves_on(&mut self, tab: Tab) -> (&mut curves::CurvesState, &runs::Runs) {
         (if tab == Tab::Scene { &mut self.beside } else { &mut self.curves }, &self.runs)
+    }
+
+    /// The runs that actions on a screen apply to: those chosen in the list, or the watched one.
+    pub fn acted_on<'a>(&self, ui: &Ui<'a>, tab: Tab) -> Vec<&'a RunSummary> {
+        if tab == Tab::Runs { self.runs.acted_on(ui) } else { ui.subject.run().into_iter().collect() }
+    }
+
+    /// Selects the line of the list on a screen that `line` returns for the selected and the last one, or the last one.
+    pub fn select_line(&mut self, ui: &Ui, tab: Tab, line: impl Fn(usize, usize) -> usize) {
+        let line = |now: usize, last: usize| line(now.min(last), last).min(last);
+        match tab {
+            Tab::Runs => self.runs.select_line(ui, line),
+            Tab::Models => self.model = line(self.model, ui.view.models.len().saturating_sub(1)),
+            Tab::Figures => self.figure = line(self.figure, FigureKind::ALL.len() - 1),
+            Tab::Log => {
+                let last = self.log.lines(ui).len().saturating_sub(1);
+                // Counted from the end.
+                let selected = &self.log.selected;
+                selected.set(last - line(last - selected.get().min(last), last));
+            }
+            Tab::Scene | Tab::Edit | Tab::Schedule | Tab::Training => {}
+        }
     }
 }
 

@@ -3,7 +3,6 @@
 use ratatui::prelude::*;
 use ratatui::widgets::{Row, Table};
 
-use super::lists::Lists;
 use super::pane::{lines, pane};
 use super::status::bar;
 use super::{HitRegions, Ui, row_regions};
@@ -16,7 +15,7 @@ use mge_trainer::PriorSource;
 use mge_workbench::command;
 
 /// Draws the screen.
-pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
+pub fn draw(selected: usize, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mut HitRegions) {
     let Ui { view, theme, .. } = *ui;
     let inside = pane("dynamics models, which predict the rollouts behind the clusters", area, theme, buffer);
     let longest = view.models.iter().map(|model| columns::width(&model.name)).max().unwrap_or(0);
@@ -40,7 +39,7 @@ pub fn draw(lists: &Lists, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &m
     let widths: Vec<Constraint> = [1, name].into_iter().chain(numbers).chain([room]).map(Constraint::Length).collect();
     let count = view.models.len();
     // A file may have been deleted since it was selected.
-    let selected = lists.model.min(count.saturating_sub(1));
+    let selected = selected.min(count.saturating_sub(1));
     let rows = Constraint::Length(count as u16);
     let [header, above, _, below] =
         Layout::vertical([Constraint::Length(1), rows, Constraint::Length(1), Constraint::Fill(1)]).areas(inside);
@@ -84,9 +83,9 @@ pub const COLUMNS: &str = "> chosen; grey: wrong tools; ! error no better than c
 const EXPLANATION: &str = "{choose-model} chooses a model for the next clusters, {train-model} trains another one; models in the folder models/ are listed here. Errors are those in FILE.evaluation.json beside a model, which `mge dynamics evaluate` prints outside of the workbench; losses are those of validation, where the file keeps it.";
 
 /// Chooses the selected model for the next clusters.
-pub fn choose(lists: &Lists, ui: &Ui) -> Vec<Effect> {
+pub fn choose(selected: usize, ui: &Ui) -> Vec<Effect> {
     let choose = |model: &ModelSummary| Effect::apply(command::Model(PriorSource::from(model.name.clone())));
-    ui.view.models.get(lists.model).or(ui.view.models.last()).map(choose).into_iter().collect()
+    ui.view.models.get(selected).or(ui.view.models.last()).map(choose).into_iter().collect()
 }
 
 /// Opens the palette with the command that trains a model of the task's tool set, or of all of CREATE's tools if it has

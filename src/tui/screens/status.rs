@@ -13,117 +13,101 @@ use mge_run::{Metric, RunState};
 use mge_trainer::Phase;
 use mge_workbench::PriorState;
 
+/// Columns of the labels.
+const LABEL: usize = 9;
+
+/// A row of the pane: label, text and style.
+type Row = (&'static str, String, Style);
+
 /// Draws the pane.
 pub fn draw(ui: &Ui, area: Rect, buffer: &mut Buffer) {
-    let inside = pane("status", area, ui.theme, buffer);
+    let theme = ui.theme;
+    let inside = pane("status", area, theme, buffer);
     let settings = &ui.view.settings;
     let run = ui.subject.run();
     let room = usize::from(inside.width).saturating_sub(LABEL);
-    let mut rows = Rows { lines: Vec::new(), room, theme: ui.theme };
-    let (clusters, colour) = clusters(ui);
-    let colour = colour.map_or(Style::new(), |colour| Style::new().fg(colour));
     // Beside those of a run.
     let method = if run.is_some() { "next run" } else { "method" };
-    let mut next = vec![(method, format!("{}, seed {}", settings.method.label(), settings.seed), Style::new())];
+    let mut rows = vec![(method, format!("{}, seed {}", settings.method.label(), settings.seed), Style::new())];
     if settings.method.uses("epsilon") {
-        next.push(("epsilon", settings.epsilon.describe(), Style::new()));
+        rows.push(("epsilon", settings.epsilon.describe(), Style::new()));
     }
     let stages = ui.subject.clusters.iter().flat_map(|known| &known.prior.stages);
     if settings.uses("guidance") || stages.into_iter().any(|stage| !stage.clusters.is_empty()) {
-        next.push(("clusters", clusters, colour));
+        let (clusters, style) = clusters(ui);
+        rows.push(("clusters", clusters, style));
     }
     if settings.uses("prior") {
-        next.push(("model", settings.prior.name(), Style::new()));
+        rows.push(("model", settings.prior.name(), Style::new()));
     }
-    for (label, text, style) in next {
-        // With a run, each takes one line, to leave room for it; the Edit screen and the log show the full text.
-        if run.is_some() { rows.line(label, &text, style) } else { rows.add(label, &text, style) }
-    }
-    match run {
-        None => {
-            let text = format!("{} {} episodes", ui.text("none; {train} trains"), settings.episodes);
-            rows.add("run", &text, ui.theme.faint());
-        }
-        Some(run) => rows.run(run),
-    }
-    Text::from(rows.lines).render(inside, buffer);
+    let none = || format!("{} {} episodes", ui.text("none; {train} trains"), settings.episodes);
+    rows.extend(run.map_or_else(|| vec![("run", none(), theme.faint())], |run| rows_of(run, room, theme)));
+    let lines = rows.into_iter().flat_map(|(label, text, style)| {
+        // With a run, each takes one line, to leave room for why it failed; the Edit screen and the log show the full text.
+        let text = if run.is_some() && label != STATE { shortened(&text, room, false) } else { text };
+        let labels = std::iter::once(label).chain(std::iter::repeat(""));
+        let label = |label| Span::styled(format!("{label:LABEL$}"), theme.faint());
+        labels.zip(wrap(&text, room)).map(move |(of, line)| Line::from(vec![label(of), Span::styled(line, style)]))
+    });
+    Text::from_iter(lines).render(inside, buffer);
 }
 
-/// The state of the clusters, with the key that computes them, and its colour.
-pub fn clusters(ui: &Ui) -> (String, Option<Color>) {
+/// The label of the state of a run.
+const STATE: &str = "state";
+
+/// The rows of a run.
+fn rows_of(run: &RunSummary, room: usize, theme: &Theme) -> Vec<Row> {
+    let plain = Style::new();
+    let state = match (&run.state, &run.preparing) {
+        (RunState::Running, Some(work)) => work.clone(),
+        (RunState::Failed(reason), _) => format!("failed: {reason}"),
+        _ => run.state_word().to_owned(),
+    };
+    let count = format!(" {}/{}", run.done, run.episodes());
+    let progress = bar(run.done, run.episodes(), room.saturating_sub(count.len()).min(24)) + &count;
+    let percent = |share: Option<f32>| share.map_or_else(|| "-".to_owned(), |s| format!("{:.0} %", 100.0 * s));
+    let [success, greedy] = [run.latest(Metric::Success), run.evaluations.last().map(|last| last.1)].map(percent);
+    let latest = |metric| run.latest(metric).map_or_else(|| "-".to_owned(), number);
+    let mut rows = vec![
+        ("run", shortened(&run.name, room, true), plain),
+        ("", run.label.clone(), plain),
+        (STATE, state, plain.fg(state_colour(&run.state, theme))),
+        ("episodes", progress, plain.fg(theme.accent)),
+        ("success", format!("{success}, greedy {greedy}"), plain),
+        ("return", format!("{}, epsilon {}", latest(Metric::Return), latest(Metric::Epsilon)), plain),
+    ];
+    if run.active {
+        let speed = run.rate().map_or_else(|| "-".to_owned(), |rate| format!("{rate:.1}/s"));
+        let left = run.seconds_left().map_or_else(String::new, |seconds| format!(", {} left", span(seconds)));
+        rows.push(("speed", speed + &left, plain));
+    }
+    rows
+}
+
+/// The state of the clusters, with the key that computes them, and its style.
+pub fn clusters(ui: &Ui) -> (String, Style) {
     let Ui { view, theme, .. } = *ui;
+    let plain = Style::new();
     let count = |prior: &mge_guidance::ActionPrior| {
         let clusters: usize = prior.stages.iter().map(|stage| stage.clusters.len()).sum();
         format!("{clusters} in {}", counted(prior.stages.len(), "stage"))
     };
     if let (Some(reason), PriorState::Absent | PriorState::Stale) = (&view.prior_failure, &view.prior_state) {
-        return (format!("failed: {reason}"), Some(theme.bad));
+        return (format!("failed: {reason}"), plain.fg(theme.bad));
     }
     if let PriorState::Building(phase) = view.prior_state {
         let what = match phase {
             Phase::BuildingPrior { stage, stages } => format!("computing stage {} of {stages}", stage + 1),
             phase => phase.preparation().unwrap_or_else(|| "computing".to_owned()),
         };
-        return (what, Some(theme.warn));
+        return (what, plain.fg(theme.warn));
     }
     match &ui.subject.clusters {
-        Some(clusters) if clusters.of_run => (format!("{}, used by the run", count(&clusters.prior)), None),
+        Some(clusters) if clusters.of_run => (format!("{}, used by the run", count(&clusters.prior)), plain),
         // The workspace computes outdated clusters again by itself.
-        Some(clusters) if clusters.stale => ("out of date; soon computed again".to_owned(), Some(theme.warn)),
-        Some(clusters) => (count(&clusters.prior), Some(theme.good)),
-        None => (ui.text("none; {clusters} computes them"), None),
-    }
-}
-
-/// Columns of the labels.
-const LABEL: usize = 9;
-
-/// Lines of the pane.
-struct Rows<'a> {
-    lines: Vec<Line<'static>>,
-    /// Width beside the labels.
-    room: usize,
-    theme: &'a Theme,
-}
-
-impl Rows<'_> {
-    fn add(&mut self, label: &'static str, text: &str, style: Style) {
-        let labels = std::iter::once(label).chain(std::iter::repeat(""));
-        self.lines.extend(labels.zip(wrap(text, self.room)).map(|(label, line)| {
-            Line::from(vec![Span::styled(format!("{label:LABEL$}"), self.theme.faint()), Span::styled(line, style)])
-        }));
-    }
-
-    /// Adds a row, shortened to one line.
-    fn line(&mut self, label: &'static str, text: &str, style: Style) {
-        self.add(label, &shortened(text, self.room, false), style);
-    }
-
-    fn run(&mut self, run: &RunSummary) {
-        let plain = Style::new();
-        self.add("run", &shortened(&run.name, self.room, true), plain);
-        self.line("", &run.label, plain);
-        let state = match (&run.state, &run.preparing) {
-            (RunState::Running, Some(work)) => work.clone(),
-            (RunState::Failed(reason), _) => format!("failed: {reason}"),
-            _ => run.state_word().to_owned(),
-        };
-        self.add("state", &state, plain.fg(state_colour(&run.state, self.theme)));
-        let count = format!(" {}/{}", run.done, run.episodes());
-        let progress = bar(run.done, run.episodes(), self.room.saturating_sub(count.len()).min(24));
-        self.add("episodes", &(progress + &count), plain.fg(self.theme.accent));
-        let percent = |share: Option<f32>| share.map_or_else(|| "-".to_owned(), |s| format!("{:.0} %", 100.0 * s));
-        let greedy = run.evaluations.last().map(|(_, success)| *success);
-        let text = format!("{}, greedy {}", percent(run.latest(Metric::Success)), percent(greedy));
-        self.line("success", &text, plain);
-        let latest = |metric| run.latest(metric).map_or_else(|| "-".to_owned(), number);
-        let text = format!("{}, epsilon {}", latest(Metric::Return), latest(Metric::Epsilon));
-        self.line("return", &text, plain);
-        if run.active {
-            let speed = run.rate().map_or_else(|| "-".to_owned(), |rate| format!("{rate:.1}/s"));
-            let left = run.seconds_left().map_or_else(String::new, |seconds| format!(", {} left", span(seconds)));
-            self.line("speed", &format!("{speed}{left}"), plain);
-        }
+        Some(clusters) if clusters.stale => ("out of date; soon computed again".to_owned(), plain.fg(theme.warn)),
+        Some(clusters) => (count(&clusters.prior), plain.fg(theme.good)),
+        None => (ui.text("none; {clusters} computes them"), plain),
     }
 }
 

@@ -86,8 +86,8 @@ fn about(ui: &Ui, width: u16) -> Vec<Line<'static>> {
     if let Some(proposals) = proposals(ui) {
         put(&proposals, Style::new().fg(theme.warn));
     }
-    let (clusters, colour) = status::clusters(ui);
-    put(&format!("clusters {clusters}"), colour.map_or(Style::new(), |colour| Style::new().fg(colour)));
+    let (clusters, style) = status::clusters(ui);
+    put(&format!("clusters {clusters}"), style);
     put(&format!("\n{}", printable(&view.task.description)), Style::new());
     let placeable = view.task.placeable;
     let file = match &view.file {

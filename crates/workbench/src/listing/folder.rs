@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use super::RunSummary;
 use mge_base::paths::entries;
 use mge_results::is_listed_run;
-use mge_run::{Notes, RunDirectory, RunError, RunState, Stamp};
+use mge_run::{RunDirectory, RunError, RunState, Stamp};
 use mge_trainer::RunConfig;
 
 /// Where a sweep's folder has its runs.
@@ -36,10 +36,8 @@ pub struct Folder {
 struct Known {
     /// None if it was never read.
     stamp: Option<Stamp>,
-    /// None if it is not a run, or a damaged one.
-    run: Option<Arc<RunSummary>>,
-    /// Why it cannot be read, if it is a damaged run.
-    damage: Option<String>,
+    /// None if it is not a run, or why it cannot be read, if it is a damaged one.
+    run: Option<Result<Arc<RunSummary>, String>>,
 }
 
 impl Folder {
@@ -75,12 +73,12 @@ impl Folder {
 
     /// Its runs, by path.
     pub fn runs(&self) -> impl Iterator<Item = &Arc<RunSummary>> {
-        self.entries().filter_map(|known| known.run.as_ref())
+        self.entries().filter_map(|known| known.run.as_ref()?.as_ref().ok())
     }
 
     /// The run at a path, also one elsewhere.
     pub fn run(&self, path: &Path) -> Option<&Arc<RunSummary>> {
-        self.known.get(path)?.run.as_ref()
+        self.known.get(path)?.run.as_ref()?.as_ref().ok()
     }
 
     /// Whether a path is one of its entries, or of those elsewhere.
@@ -90,12 +88,12 @@ impl Folder {
 
     /// Whether a path was read, and there is no run, not even a damaged one.
     pub fn is_gone(&self, path: &Path) -> bool {
-        self.known.get(path).is_some_and(|known| known.stamp.is_some() && known.run.is_none() && known.damage.is_none())
+        self.known.get(path).is_some_and(|known| known.stamp.is_some() && known.run.is_none())
     }
 
     /// Why each damaged run cannot be read.
     pub fn damaged(&self) -> impl Iterator<Item = &String> {
-        self.entries().filter_map(|known| known.damage.as_ref())
+        self.entries().filter_map(|known| known.run.as_ref()?.as_ref().err())
     }
 
     /// Lists the folder: adds new entries and drops deleted ones. True if there are any.
@@ -119,24 +117,19 @@ impl Folder {
     fn read(&mut self, path: &Path) -> bool {
         let Some(known) = self.known.get_mut(path) else { return false };
         let stamp = Some(Stamp::of(path));
-        if known.stamp == stamp
-            && !known.run.as_ref().is_some_and(|run| matches!(run.state, RunState::Running | RunState::Paused))
-        {
+        let is_going = |run: &RunSummary| matches!(run.state, RunState::Running | RunState::Paused);
+        if known.stamp == stamp && !matches!(&known.run, Some(Ok(run)) if is_going(run)) {
             return false;
         }
-        let (run, damage) = match read_run(path) {
-            Ok(run) => (run.map(Arc::new), None),
-            Err(error) => (None, Some(error.to_string())),
-        };
+        let run = read_run(path).map_err(|error| error.to_string()).map(|run| run.map(Arc::new)).transpose();
         let changed = match (&run, &known.run) {
-            (Some(new), Some(old)) => {
+            (Some(Ok(new)), Some(Ok(old))) => {
                 let shown = |run: &RunSummary| (run.done, run.state.clone(), run.name.clone(), run.note.clone());
                 shown(new) != shown(old) || new.config != old.config
             }
-            (None, None) => damage != known.damage,
-            _ => true,
+            (new, old) => new.as_ref().map(|new| new.as_ref().err()) != old.as_ref().map(|old| old.as_ref().err()),
         };
-        *known = Known { stamp, run, damage };
+        *known = Known { stamp, run };
         changed
     }
 }
@@ -155,16 +148,14 @@ pub fn read_run(path: &Path) -> Result<Option<RunSummary>, RunError> {
     }
     let config = RunConfig::of(&directory)?;
     let status = directory.status()?;
-    // Unreadable notes count as none here; writing new ones reports the error.
-    let Notes { note, .. } = directory.notes().unwrap_or_default();
-    let name = directory.name();
     let is_prepared = status.state == RunState::Running && status.last_episode.is_none();
     Ok(Some(RunSummary {
-        name,
+        name: directory.name(),
         // Its log does not say in which phase it is.
         preparing: is_prepared.then(|| "model, clusters or practice, in another program".to_owned()),
         made: path.metadata().and_then(|folder| folder.created()).ok(),
-        note,
+        // Unreadable notes count as none here; writing new ones reports the error.
+        note: directory.notes().unwrap_or_default().note,
         done: status.last_episode.as_ref().map_or(0, |record| record.episode),
         success: status.last_episode.map(|record| record.rolling_success),
         ..RunSummary::new(path, Arc::new(config), status.state)

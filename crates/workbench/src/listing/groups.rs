@@ -98,12 +98,10 @@ impl GroupCurves {
                 let of_episode = places.iter().filter_map(|(run, place)| run.get(metric).get(*place));
                 values.extend(of_episode.filter(|value| value.is_finite()).map(|value| f64::from(*value)));
                 values.sort_unstable_by(f64::total_cmp);
-                match values.is_empty() {
-                    true => [f32::NAN; 3],
-                    false => {
-                        [trimmed_mean(&values), quantile(&values, 0.25), quantile(&values, 0.75)].map(|v| v as f32)
-                    }
+                if values.is_empty() {
+                    return [f32::NAN; 3];
                 }
+                [trimmed_mean(&values), quantile(&values, 0.25), quantile(&values, 0.75)].map(|value| value as f32)
             });
             let seconds = places.iter().map(|(run, place)| run.seconds[*place]).sum::<f32>() / places.len() as f32;
             group.middle.push(*episode, seconds, found.map(|[middle, ..]| middle));

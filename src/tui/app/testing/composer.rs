@@ -81,7 +81,7 @@ fn a_picture_is_drawn_again_when_a_run_that_it_shows_has_another_episode() {
         shot(&mut app, 120, 40);
         let wanted = |app: &App| {
             let screens = &app.screens;
-            figures::wanted(&screens.lists, &screens.runs, &app.ui(), &app.regions).unwrap()
+            figures::wanted(screens, &app.ui(), &app.regions).unwrap()
         };
         let before = wanted(&app);
         let mut view = app.workspace.view().clone();

@@ -156,9 +156,9 @@ fn the_wheel_changes_speed_on_the_scene_and_the_selection_on_lists() {
     shot(&mut app, 120, 40);
     let at = row(&app, 0).unwrap();
     mouse(&mut app, MouseEventKind::ScrollDown, at);
-    assert_eq!(app.screens.lists.model, 1);
+    assert_eq!(app.screens.model, 1);
     mouse(&mut app, MouseEventKind::ScrollUp, at);
-    assert_eq!(app.screens.lists.model, 0);
+    assert_eq!(app.screens.model, 0);
     press(&mut app, "3");
     shot(&mut app, 120, 40);
     mouse(&mut app, MouseEventKind::ScrollDown, (60, 20));
@@ -179,12 +179,12 @@ fn a_click_selects_a_row_and_a_second_one_opens_it() {
     assert_eq!(app.screens.scene.selected(), Some(app.workspace.view().objects().all()[2]));
     press(&mut app, "esc 6");
     click(&mut app, 1);
-    assert_eq!(app.screens.lists.model, 1);
+    assert_eq!(app.screens.model, 1);
     click(&mut app, 30);
-    assert_eq!(app.screens.lists.model, 1, "there is no such row");
+    assert_eq!(app.screens.model, 1, "there is no such row");
     press(&mut app, "7");
     click(&mut app, 2);
-    assert_eq!(app.screens.lists.figure, 2);
+    assert_eq!(app.screens.figure, 2);
     press(&mut app, "5 home");
     assert!(asked.borrow().is_empty());
     click(&mut app, 1);

@@ -84,16 +84,11 @@ impl Value {
 }
 
 impl Searched for Value {
-    fn names(&self) -> Vec<&str> {
-        let Some((Entry { name, .. }, _)) = self.action else {
-            return [&*self.text].into_iter().chain(self.is_document().then_some(self.of)).collect();
-        };
-        let synonyms = SYNONYMS.iter().filter(|(of, _)| of == name).flat_map(|(_, words)| words.split(' '));
-        [*name, &*self.text].into_iter().chain(synonyms).collect()
-    }
-
-    fn about(&self) -> &str {
-        &self.about
+    fn texts(&self) -> (Vec<&str>, &str) {
+        let action = self.action.map(|(entry, _)| entry.name);
+        let synonyms = SYNONYMS.iter().filter(|(of, _)| Some(*of) == action).flat_map(|(_, words)| words.split(' '));
+        let document = self.is_document().then_some(self.of);
+        ([&*self.text].into_iter().chain(action).chain(document).chain(synonyms).collect(), &self.about)
     }
 }
 
@@ -105,6 +100,16 @@ pub struct Arguments {
     /// The settings of the run that typed commands act on, which can be forked.
     of_run: Vec<Value>,
 }
+
+/// Examples of epsilon schedules.
+const SCHEDULES: [(&str, &str); 6] = [
+    ("0.1", "constant"),
+    ("linear:0.8:0.05:2000", "from 0.8 to 0.05 over 2000 episodes"),
+    ("exp:0.8:0.05:0.999", "from 0.8 towards 0.05"),
+    ("step:0.8:0.5:500", "from 0.8, times 0.5 every 500 episodes"),
+    ("points:0=0.8,1000=0.3", "lines between points"),
+    ("need:0.25:0.25:10", "by the share of the last 10 greedy attempts that failed"),
+];
 
 /// Maximum number of entries of a folder that are considered.
 const FILES: usize = 500;
@@ -162,7 +167,7 @@ impl Arguments {
                 self.known("open").iter().map(|run| Value::new(format!("runs={}", run.text), &*run.about)).collect()
             }
             ("figure", ["learning", _, ..]) => OPTIONS.map(|(key, about)| Value::new(format!("{key}="), about)).into(),
-            ("epsilon", []) => schedules(),
+            ("epsilon", []) => SCHEDULES.map(|(text, about)| Value::new(text, about)).into(),
             ("tool add" | "placeable", []) => ToolKind::ALL.map(|kind| Value::new(kind.name(), "")).into(),
             ("tool set" | "placeable", [_, ..]) | ("tool add", [_, _, _, ..]) => {
                 Property::ALL.map(|property| Value::new(format!("{property}="), property.unit())).into()
@@ -187,19 +192,6 @@ fn documents() -> impl Iterator<Item = Value> {
     let rows = terms.lines().filter_map(|line| line.strip_prefix("| ")?.trim_end_matches(" |").split_once(" | "));
     let terms = rows.filter(|(_, meaning)| *meaning != "meaning");
     pages.chain(terms.map(|(term, meaning)| Value::of("glossary.md", term, meaning.replace('`', ""))))
-}
-
-fn schedules() -> Vec<Value> {
-    [
-        ("0.1", "constant"),
-        ("linear:0.8:0.05:2000", "from 0.8 to 0.05 over 2000 episodes"),
-        ("exp:0.8:0.05:0.999", "from 0.8 towards 0.05"),
-        ("step:0.8:0.5:500", "from 0.8, times 0.5 every 500 episodes"),
-        ("points:0=0.8,1000=0.3", "lines between points"),
-        ("need:0.25:0.25:10", "by the share of the last 10 greedy attempts that failed"),
-    ]
-    .map(|(text, about)| Value::new(text, about))
-    .into()
 }
 
 /// The settings of a run with their defaults, ranges and present values.

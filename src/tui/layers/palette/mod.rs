@@ -192,11 +192,12 @@ impl CommandPalette {
     /// The place of the action that a text names: in full, or as the only one that begins so; or of the task, run or
     /// setting of this name.
     fn named(&self, text: &str) -> Option<usize> {
-        let begins = |value: &Value| value.action.is_some() && value.names().iter().any(|name| name.starts_with(text));
+        let begins =
+            |value: &Value| value.action.is_some() && value.texts().0.iter().any(|name| name.starts_with(text));
         let mut begun = (0..self.found.len()).filter(|place| begins(&self.found[*place]));
         // What is named in full comes first.
         let named = self.found.iter().position(|value| match value.action {
-            Some(_) => value.names().contains(&text),
+            Some(_) => value.texts().0.contains(&text),
             None => value.text == text,
         });
         named.or_else(|| begun.next().filter(|_| !text.is_empty() && begun.next().is_none()))

@@ -45,8 +45,16 @@ const COMMON: [(&str, u16, Cell); 7] = [
         Some(if actions < 1e8 { actions.to_string() } else { number(actions as f32) })
     }),
     ("duration", 8, |line, _, _| total(line, RunSummary::seconds).map(span)),
-    ("start", 11, |line, _, _| start(line)),
-    ("speed", 9, |line, _, _| speed(line)),
+    // When the first run began, in local time.
+    ("start", 11, |line, _, _| {
+        let first = line.runs.iter().filter_map(|run| run.began).reduce(f64::min)?;
+        let first = Timestamp::from_second(first as i64).ok()?.to_zoned(TimeZone::system());
+        Some(first.strftime("%m-%d %H:%M").to_string())
+    }),
+    ("speed", 9, |line, _, _| {
+        let rate = line.speed()?;
+        Some(if rate < 1.0 { format!("{:.1}/min", 60.0 * rate) } else { format!("{rate:.1}/s") })
+    }),
 ];
 
 /// The columns that fit into `room`: the `chosen` ones, or those that say something of some line: settings in which the
@@ -120,17 +128,4 @@ pub fn setting(line: &Line, ui: &Ui, path: &str) -> Option<String> {
 /// The sum over the runs of a line, if it is known of all of them.
 fn total(line: &Line, of: impl Fn(&RunSummary) -> Option<f64>) -> Option<f64> {
     line.runs.iter().copied().map(of).sum()
-}
-
-/// When the first run of a line began, in local time.
-fn start(line: &Line) -> Option<String> {
-    let first = line.runs.iter().copied().filter_map(|run| run.began).reduce(f64::min)?;
-    let first = Timestamp::from_second(first as i64).ok()?.to_zoned(TimeZone::system());
-    Some(first.strftime("%m-%d %H:%M").to_string())
-}
-
-/// Episodes a second: now, or of a single run on the whole.
-fn speed(line: &Line) -> Option<String> {
-    let rate = line.speed()?;
-    Some(if rate < 1.0 { format!("{:.1}/min", 60.0 * rate) } else { format!("{rate:.1}/s") })
 }
