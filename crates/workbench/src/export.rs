@@ -76,12 +76,8 @@ impl Session {
                 }
                 let sources = self.source_runs(composition);
                 let others = sources.iter().filter(|run| composition.runs.is_empty() && *run != self.folder()).count();
-                let others = match others {
-                    others if others < sources.len() && others > 0 => {
-                        format!(" With {} from outside {}.", counted(others, "run"), self.folder().display())
-                    }
-                    _ => String::new(),
-                };
+                let told = || format!(" With {} from outside {}.", counted(others, "run"), self.folder().display());
+                let others = if (1..sources.len()).contains(&others) { told() } else { String::new() };
                 let composition = Composition { runs: sources, ..composition.clone() };
                 let reader = Arc::clone(&self.reader);
                 return Ok(Box::new(move |on_progress| {

@@ -124,12 +124,9 @@ fn explanation(ui: &Ui, screens: &Screens, tab: Tab) -> String {
                 object => ui.view.objects().name(object),
             };
             // During hand play, the keys are those of the tool.
-            let keys = if screens.scene.hand.is_some() {
-                ""
-            } else {
-                ": arrows or the mouse move it, {coordinates} types x and y"
-            };
-            format!("{name} at x {x:.2}, y {y:.2}{}", ui.text(keys))
+            let keys = ui.text(": arrows or the mouse move it, {coordinates} types x and y");
+            let keys = if screens.scene.hand.is_some() { "" } else { &*keys };
+            format!("{name} at x {x:.2}, y {y:.2}{keys}")
         }
         Tab::Training => screens.curves.explanation(),
         Tab::Runs => runs::EXPLANATION.to_owned(),
@@ -143,11 +140,8 @@ fn tabs(ui: &Ui, shown: Tab, area: Rect, buffer: &mut Buffer, regions: &mut HitR
     let mut x = area.x;
     for (index, tab) in Tab::ALL.into_iter().enumerate() {
         let number = index + 1;
-        let text = if area.width >= TABS || tab == shown {
-            format!(" {number} {} ", tab.name())
-        } else {
-            format!(" {number} ")
-        };
+        let name = if area.width >= TABS || tab == shown { format!("{} ", tab.name()) } else { String::new() };
+        let text = format!(" {number} {name}");
         let style = if tab == shown { theme.strong().add_modifier(Modifier::REVERSED) } else { theme.faint() };
         let (end, _) = buffer.set_stringn(x, area.y, &text, text.len(), style);
         regions.push((Rect { x, width: end - x, ..area }, HitRegion::Tab(tab)));

@@ -26,9 +26,6 @@ pub struct Column {
     pub cell: Cell,
 }
 
-/// Lines that decide which columns are shown: judging thousands for every key would take milliseconds.
-pub const JUDGED: usize = 500;
-
 /// Room of success and episodes, beside which a name is not shortened.
 pub const FIRST: u16 = 19;
 
@@ -60,7 +57,6 @@ const COMMON: [(&str, u16, Cell); 7] = [
 /// The columns that fit into `room`: the `chosen` ones, or those that say something of some line: settings in which the
 /// runs differ, in at most half of it, then the others.
 pub fn fitting(chosen: &[String], lines: &[Line], room: u16, ui: &Ui) -> Vec<Column> {
-    let lines = &lines[..lines.len().min(JUDGED)];
     let common = COMMON.map(|(heading, width, cell)| Column { heading: heading.into(), width, cell });
     let fitting = |columns: Vec<Column>, room: &mut u16| -> Vec<Column> {
         let fits = |column: &Column| {

@@ -54,6 +54,9 @@ const STATE: [u16; 2] = [11, 14];
 /// Least width of a name beside the columns, and greatest one.
 const NAME: [u16; 2] = [20, 70];
 
+/// Lines that decide which columns are shown: judging thousands for every key would take milliseconds.
+const JUDGED: usize = 500;
+
 /// Draws headings and lines, with the selected one highlighted.
 pub fn draw(
     state: &Runs,
@@ -69,21 +72,19 @@ pub fn draw(
     let several_tasks = ui.view.runs.iter().any(|run| run.config.task.name != ui.view.runs[0].config.task.name);
     let labels: Vec<String> = lines.iter().map(|line| line.name(several_tasks)).collect();
     let labels: BTreeSet<&str> = labels.iter().map(String::as_str).collect();
-    let named = lines.iter().take(columns::JUDGED).map(|line| line.named(usize::from(NAME[1]), several_tasks, &labels));
-    let states = lines.iter().take(columns::JUDGED).map(|line| width(&line.state(theme).0) as u16);
+    let judged = &lines[..lines.len().min(JUDGED)];
+    let named = judged.iter().map(|line| line.named(usize::from(NAME[1]), several_tasks, &labels));
+    let states = judged.iter().map(|line| width(&line.state(theme).0) as u16);
     let state_width = states.max().unwrap_or(0).clamp(STATE[0], STATE[1]);
     // Names that set the lines apart come before all columns but the first ones, or those that were chosen.
     let first = if state.columns.is_empty() { columns::FIRST } else { area.width };
     let most = area.width.saturating_sub(MARK + state_width + first + 3).max(NAME[0]);
     let least = named.map(|name| width(&name) as u16).max().unwrap_or(0).clamp(NAME[0], most);
-    let shown = columns::fitting(&state.columns, lines, area.width.saturating_sub(MARK + state_width + least + 3), ui);
+    let shown = columns::fitting(&state.columns, judged, area.width.saturating_sub(MARK + state_width + least + 3), ui);
     let taken: u16 = MARK + state_width + 3 + shown.iter().map(|column| column.width + 1).sum::<u16>();
     let name = area.width.saturating_sub(taken).min(NAME[1]);
-    let widths: Vec<Constraint> = [MARK, name, state_width]
-        .into_iter()
-        .chain(shown.iter().map(|column| column.width))
-        .map(Constraint::Length)
-        .collect();
+    let widths = [MARK, name, state_width].into_iter().chain(shown.iter().map(|column| column.width));
+    let widths = Constraint::from_lengths(widths);
     let headings = ["", "run", "state"].map(Text::from).into_iter();
     let cell = |it: &str, column: &Column| Text::from(shortened(it, usize::from(column.width), true)).right_aligned();
     let headings = headings.chain(shown.iter().map(|column| cell(&column.heading, column)));
