@@ -101,11 +101,8 @@ impl Listing {
         }
         let opened: Vec<PathBuf> = session.runs().iter().map(|run| run.directory().path().to_owned()).collect();
         let before = self.folder_of(session).cloned();
-        let is_complete = match self.scanned(session) {
-            Some(Ok(before)) => before.unread == 0 && opened.iter().all(|run| before.has(run)),
-            Some(Err(_)) => true,
-            None => false,
-        };
+        let is_complete = |folder: &Arc<Folder>| folder.unread == 0 && opened.iter().all(|run| folder.has(run));
+        let is_complete = self.scanned(session).is_some_and(|scanned| scanned.as_ref().map_or(true, is_complete));
         let age = if self.is_due || !is_complete { Duration::ZERO } else { SCAN };
         self.is_due = false;
         let path = session.folder().to_owned();

@@ -154,10 +154,7 @@ pub fn draw(state: &Runs, ui: &Ui, area: Rect, buffer: &mut Buffer, regions: &mu
     if lines.is_empty() {
         return hint(&ui.text(nothing(state, ui.view)), inside, ui.theme, buffer);
     }
-    let details = match details.is_empty() {
-        true => Text::default(),
-        false => Text::from_iter(pane::lines(&details, inside.width, Style::new())),
-    };
+    let details = Text::from_iter(pane::lines(&details, inside.width, Style::new()));
     let height = Constraint::Length((details.height() as u16).min(inside.height / 3));
     let [rows, below] = Layout::vertical([Constraint::Fill(1), height]).areas(inside);
     details.render(below, buffer);
