@@ -7,6 +7,7 @@ use std::time::Instant;
 use super::super::playback::Episode;
 use super::super::{Level, Live, ViewModel, Watched};
 use super::{SessionWorkspace, Workspace, episode_of};
+use mge_task::Task;
 use mge_workbench::listing::Listing;
 use mge_workbench::{Command, Session};
 
@@ -22,6 +23,12 @@ impl SessionWorkspace {
         if let Some((_, Ok((models, tasks)))) = self.known.latest(|_| true) {
             view.models.clone_from(models);
             view.tasks.clone_from(tasks);
+        }
+        // It may just have been written.
+        if let Some(file) = view.file.as_ref().map(|file| file.display().to_string())
+            && view.tasks.iter().all(|(name, _)| *name != file)
+        {
+            view.tasks.push((file, Task::clone(&view.task)));
         }
         let before = known.watched.map(|watched| (watched.run.path.clone(), watched.live, watched.greedy));
         let (path, live, greedy) = before.unwrap_or_default();
