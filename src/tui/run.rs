@@ -4,6 +4,7 @@ use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use signal_hook::consts::SIGHUP;
@@ -77,7 +78,10 @@ pub fn run(session: Session, options: &Options) -> Result<ExitReason, TerminalEr
             fill("welcome: {train} trains, {help} shows all keys, {palette} finds any action"),
         );
     }
-    let outcome = catch_unwind(AssertUnwindSafe(|| until_left(&mut app, &mut display, &folder)));
+    let mut writes = None;
+    let outcome = catch_unwind(AssertUnwindSafe(|| until_left(&mut app, &mut display, &folder, &mut writes)));
+    // The choices of the end come last.
+    let _ = writes.map(JoinHandle::join);
     let reason = outcome.map_err(|_| TerminalError::Panic(terminal::take_held().join("; ")))??;
     if let Err(error) = app.remembered().save(&folder) {
         terminal::report_at_the_end(format!("the choices of this session are not remembered: {error}"));
@@ -85,16 +89,25 @@ pub fn run(session: Session, options: &Options) -> Result<ExitReason, TerminalEr
     Ok(reason)
 }
 
-/// Handles events and draws frames until the workbench is left; returns why it was.
-fn until_left(app: &mut App, display: &mut Display, folder: &Path) -> Result<ExitReason, TerminalError> {
+/// Handles events and draws frames until the workbench is left; returns why it was. Writes the choices when other runs are
+/// trained, for the case that the program is killed; that they cannot be written is told at its end.
+fn until_left(
+    app: &mut App,
+    display: &mut Display,
+    folder: &Path,
+    writes: &mut Option<JoinHandle<()>>,
+) -> Result<ExitReason, TerminalError> {
     let mut last = Instant::now();
+    let mut is_due = false;
     while !app.is_leaving() {
         let now = Instant::now();
         let trained = app.training.clone();
         app.tick(now - last);
-        if app.training != trained {
-            // For the case that the program is killed; that it cannot be written is told at its end.
-            let _ = app.remembered().save(folder);
+        is_due |= app.training != trained;
+        if is_due && writes.as_ref().is_none_or(JoinHandle::is_finished) {
+            is_due = false;
+            let (choices, folder) = (app.remembered(), folder.to_owned());
+            *writes = Some(thread::spawn(move || drop(choices.save(&folder))));
         }
         last = now;
         match display.turn(app) {

@@ -126,15 +126,20 @@ const MEASURES: [Measure; 4] = [
 pub(super) fn without_duplicates(runs: Vec<FoundRun>) -> (Vec<FoundRun>, Vec<ExcludedRun>) {
     let mut kept: Vec<FoundRun> = Vec::new();
     let mut copies = Vec::new();
-    let mut known: HashMap<String, PathBuf> = HashMap::new();
-    for run in runs {
+    let mut known: HashMap<String, usize> = HashMap::new();
+    for mut run in runs {
         match known.entry(training_key(&run.config)) {
             Entry::Vacant(place) => {
-                place.insert(run.path.clone());
+                place.insert(kept.len());
                 kept.push(run);
             }
             Entry::Occupied(same) => {
-                let reason = format!("has the settings and the seed of {}", same.get().display());
+                let kept = &mut kept[*same.get()];
+                // That which users gave a name is shown by it.
+                if kept.trained.row.name.is_empty() && !run.trained.row.name.is_empty() {
+                    std::mem::swap(kept, &mut run);
+                }
+                let reason = format!("has the settings and the seed of {}", kept.path.display());
                 copies.push(ExcludedRun { run: run.path, reason });
             }
         }

@@ -214,6 +214,8 @@ impl Composition {
             let left = counted(left, "run");
             format!(" Left out: {left} not finished, or with the settings and seed of another.")
         });
+        let unfinished = runs.iter().filter(|run| run.state != RunState::Finished).count();
+        let unfinished = (unfinished > 0).then(|| format!(" {} drawn not finished.", counted(unfinished, "run")));
         let mut configs: Vec<_> = runs.iter().map(|run| &run.config).collect();
         configs.sort_by_key(|config| config.seed);
         let config_hash = config_hash(&configs);
@@ -243,7 +245,7 @@ impl Composition {
         };
         let chosen: Vec<(String, String)> = asked.curves.iter().map(text).collect();
         let (legend, style) = (if chosen.is_empty() { known_names } else { chosen }, self.style);
-        let remark = left.unwrap_or_default() + &curves.remark;
+        let remark = left.unwrap_or_default() + &unfinished.unwrap_or_default() + &curves.remark;
         let figure = LearningCurves {
             legend,
             reference: asked.reference,

@@ -93,7 +93,15 @@ impl<'a> Groups<'a> {
             let rows = self.tasks.iter().flat_map(|task| self.of(task, label));
             (label.clone(), common_name(rows.map(|row| &*row.name)).unwrap_or(label).to_owned())
         };
-        self.labels.iter().map(text).collect()
+        let mut legend: Vec<(String, String)> = self.labels.iter().map(text).collect();
+        let texts: Vec<String> = legend.iter().map(|(_, text)| text.clone()).collect();
+        // Of two with one name, both have their labels, too.
+        for (label, text) in &mut legend {
+            if texts.iter().filter(|other| **other == *text).count() > 1 {
+                *text = format!("{text}, {label}");
+            }
+        }
+        legend
     }
 
     /// The rows of one group, ordered by seed; empty if there is no such group.

@@ -1,6 +1,7 @@
 //! What actions do with the app.
 
 use std::path::{Path, PathBuf};
+use std::thread;
 
 use super::{App, Awaited};
 use crate::tui::actions::{Entry, Run, Tab};
@@ -8,6 +9,7 @@ use crate::tui::effect::{Effect, Layer};
 use crate::tui::input::fill;
 use crate::tui::layers::{Arguments, CommandPalette, Question, some_of};
 use crate::tui::screens::{Ui, figures, run_form, runs, scene_actions, schedule, training};
+use crate::tui::terminal::report_at_the_end;
 use crate::tui::view::playback::Player;
 use crate::tui::view::{Choice, Level, RunSummary, ViewModel};
 use crate::tui::widgets::theme::{Palette, Theme};
@@ -243,10 +245,13 @@ impl App {
             let export = fill("{export-figure} exports it");
             return self.show_message(Level::Info, format!("{} does not exist yet: {export}", file.display()));
         }
-        match open::that_detached(&file) {
-            Ok(()) => self.show_message(Level::Good, format!("opening {}", file.display())),
-            Err(error) => self.show_message(Level::Error, format!("no viewer opens {}: {error}", file.display())),
-        }
+        self.show_message(Level::Good, format!("opening {}", file.display()));
+        // This waits for the viewer.
+        thread::spawn(move || {
+            if let Err(error) = open::that_detached(&file) {
+                report_at_the_end(format!("no viewer opens {}: {error}", file.display()));
+            }
+        });
     }
 
     /// Undoes the latest edit of the schedule on its screen, the latest deletion on the Runs screen, or else the latest

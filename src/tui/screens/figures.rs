@@ -134,13 +134,14 @@ pub fn wanted(screens: &Screens, ui: &Ui, regions: &HitRegions) -> Option<Previe
     })
 }
 
-/// A hash of the runs that a figure shows and of their finished episodes.
+/// A hash of the runs that a figure shows, of their names and finished episodes.
 fn progress(kind: FigureKind, composition: &Composition, ui: &Ui) -> u64 {
     let mut hasher = DefaultHasher::new();
     ui.subject.run().map(|run| (&run.path, run.done)).hash(&mut hasher);
     if kind == FigureKind::Learning {
         for run in ui.view.runs.iter().filter(|run| is_shown(composition, &run.path)) {
-            (&run.path, run.done).hash(&mut hasher);
+            let group = ui.view.groups.of(&run.path).map(|group| (&group.name, &group.label));
+            (&run.path, run.done, &run.name, group).hash(&mut hasher);
         }
     }
     hasher.finish()

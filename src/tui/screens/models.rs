@@ -80,7 +80,7 @@ const NUMBERS: [(&str, Number); 4] = [
 /// What the marks and columns of the list mean.
 pub const COLUMNS: &str = "> chosen; grey: wrong tools; ! error no better than constant velocity";
 
-const EXPLANATION: &str = "{choose-model} chooses a model for the next clusters, {train-model} trains another one; models in the folder models/ are listed here. Errors are those in FILE.evaluation.json beside a model, which `mge dynamics evaluate` prints outside of the workbench; losses are those of validation, where the file keeps it.";
+const EXPLANATION: &str = "{choose-model} chooses a model for the next clusters, {train-model} trains another one; models in the folder models/ are listed here. Errors of your own are those in FILE.evaluation.json beside a model, which `mge dynamics evaluate` prints outside of the workbench; losses are those of validation, where the file keeps it.";
 
 /// Chooses the selected model for the next clusters.
 pub fn choose(selected: usize, ui: &Ui) -> Vec<Effect> {

@@ -134,10 +134,13 @@ impl Grouping {
         };
         let rows = grouping.rows.clone();
         let all = Groups::new(runs.iter().map(|run| &rows[&run.path].1));
-        // A label has the colour that the first of its runs had, also when it was another label.
+        // A label keeps its colour; a new one has that of the first of its runs, unless the label of that time keeps it.
         let had = |label: &str| {
             let mut of_label = all.tasks.iter().flat_map(|task| all.indices(task, label));
-            of_label.find_map(|index| before.of(&runs[*index].path)).map(|group| group.color)
+            let same = before.groups.iter().find(|group| group.label == label);
+            let is_gone = |group: &&RunGroup| !all.labels.contains(&group.label);
+            let of_run = || of_label.find_map(|index| before.of(&runs[*index].path)).filter(is_gone);
+            same.or_else(of_run).map(|group| group.color)
         };
         let colors = colors(&all.labels.iter().map(|label| (&**label, had(label))).collect::<Vec<_>>());
         for task in &all.tasks {

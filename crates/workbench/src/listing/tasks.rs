@@ -10,7 +10,7 @@ const FILES: usize = 100;
 
 /// The shipped tasks, those in files here and in the folder `tasks`, and CREATE's levels, by what `task` takes.
 pub fn named_tasks() -> Vec<(String, Task)> {
-    let files = [".", "tasks"].into_iter().flat_map(|folder| entries(folder.as_ref()).unwrap_or_default());
+    let files = ["tasks", "."].into_iter().flat_map(|folder| entries(folder.as_ref()).unwrap_or_default());
     let files = files.filter(|path| suffix(path) == "json").take(FILES);
     let files = files.map(|path| path.strip_prefix(".").unwrap_or(&path).display().to_string());
     let levels = level_names().map(|level| format!("create/{level}"));

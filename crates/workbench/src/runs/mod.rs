@@ -102,6 +102,8 @@ impl Session {
         directory.replace_config(&config)?;
         if let Some(run) = self.runs.all.iter_mut().find(|run| run.directory() == directory) {
             run.saved.config = Arc::new(config);
+            // What is being read may have the earlier one.
+            run.log.reading = None;
         }
         Ok(Some(format!("extended to {episodes} episodes{rule}")))
     }

@@ -66,8 +66,11 @@ pub fn fold(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
 /// Shows the marked runs together, or else those of a line. If there are two, one is watched, to show its episodes.
 pub fn compare(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
     state.page = 0;
+    let mut told = None;
     if state.marked.is_empty() {
         state.marked.extend(line.runs.iter().map(|run| run.path.clone()));
+        let text = ui.text("{back} on the Runs screen removes the marks");
+        told = Some(Effect::info(format!("{} marked, to be compared: {text}", counted(line.runs.len(), "run"))));
     }
     let watch = match state.acted_on(ui).as_slice() {
         [first, second] if !ui.is_watched(first) && !ui.is_watched(second) => Some(first.path.clone()),
@@ -77,7 +80,7 @@ pub fn compare(state: &mut Runs, ui: &Ui, line: &Line) -> Vec<Effect> {
         app.screens.curves.comparing = true;
         app.show(Tab::Training);
     });
-    watch.map(|path| Effect::apply(command::Open(path))).into_iter().chain([show]).collect()
+    watch.map(|path| Effect::apply(command::Open(path))).into_iter().chain([show]).chain(told).collect()
 }
 
 /// How to act on a single run.
@@ -112,10 +115,14 @@ fn ask(runs: &[&RunSummary], [what, hint]: [&str; 2], text: fn(&RunSummary) -> &
     let now = |folder: &Path| RunDirectory::at(folder).notes().unwrap_or_default();
     let before: Vec<(PathBuf, Notes)> = runs.iter().map(|run| (run.path.clone(), now(&run.path))).collect();
     let texts: BTreeSet<&str> = runs.iter().map(|run| text(run)).collect();
-    let text = if texts.len() == 1 { texts.into_iter().collect() } else { String::new() };
+    let differ = texts.len() > 1;
+    let text = if differ { String::new() } else { texts.into_iter().collect() };
     let which = if let [run] = runs { run.name.clone() } else { counted(runs.len(), "run") };
     let title = format!("{what} {which}");
     let read = move |text: &str| {
+        if differ && text.is_empty() {
+            return Err("they differ: a text replaces all of them, none changes nothing".to_owned());
+        }
         let (before, text, which) = (before.clone(), text.to_owned(), which.clone());
         Ok(Effect::new(move |app| {
             let mut found = before.iter().map(|(folder, before)| (now(folder), before));

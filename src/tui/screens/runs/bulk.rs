@@ -57,7 +57,9 @@ pub fn go_on(runs: &[&RunSummary], ui: &Ui) -> Vec<Effect> {
 
 /// The names of runs, or of some of them and the number of the others.
 fn names(runs: &[&RunSummary]) -> String {
-    some_of(runs.iter().map(|run| run.name.clone()))
+    // Several may have one name.
+    let folder = |run: &RunSummary| run.given_name().map_or_else(String::new, |_| format!(" ({})", run.folder()));
+    some_of(runs.iter().map(|run| run.name.clone() + &folder(run)))
 }
 
 /// That no run is being trained or waits for it.

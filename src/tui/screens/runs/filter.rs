@@ -25,8 +25,10 @@ pub struct Filter {
 
 #[derive(Debug, Clone)]
 enum Term {
-    /// Part of the text of a run, as a regular expression.
-    Word(Regex),
+    /// Part of the text of a run, in lower case.
+    Word(String),
+    /// The same, as a regular expression.
+    Pattern(Regex),
     /// Part of the text in one of its columns, or the whole.
     Text(String, String, bool),
     /// A comparison of one of its columns with a number.
@@ -101,7 +103,7 @@ impl Filter {
     /// Whether it needs the curves of all runs.
     pub fn needs_curves(&self) -> bool {
         self.terms.iter().any(|term| match term {
-            Term::Word(_) => false,
+            Term::Word(_) | Term::Pattern(_) => false,
             Term::Text(column, ..) | Term::Compared(column, ..) => {
                 ["charged", "duration", "speed"].contains(&column.as_str())
             }
@@ -111,7 +113,8 @@ impl Filter {
     /// Whether a run is listed.
     pub fn accepts(&self, run: &RunSummary, ui: &Ui) -> bool {
         self.terms.iter().all(|term| match term {
-            Term::Word(word) => word.is_match(&line(run)),
+            Term::Word(word) => line(run).contains(word),
+            Term::Pattern(pattern) => pattern.is_match(&line(run)),
             Term::Text(column, text, whole) => value(run, column, ui)
                 .map(|value| json::text(&value).to_lowercase())
                 .is_some_and(|found| if *whole { found == *text } else { found.contains(text) }),
@@ -128,7 +131,11 @@ fn term(word: &str) -> Result<Term, String> {
     // The longer signs come first.
     let compared = Comparison::ALL.iter().find_map(|sign| Some((lower.split_once(sign.name())?, Some(*sign))));
     let Some(((column, value), comparison)) = compared.or_else(|| Some((lower.split_once(':')?, None))) else {
-        let read = Regex::new(&format!("(?i){word}")).map(Term::Word);
+        // A search for a pattern takes several times as long.
+        if !lower.contains(['[', '(', '|', '*', '+', '?', '\\', '^', '$', '{']) {
+            return Ok(Term::Word(lower));
+        }
+        let read = Regex::new(&format!("(?i){word}")).map(Term::Pattern);
         return read.map_err(|_| format!("`{word}` is not a regular expression"));
     };
     check(known().map(|[name, ..]| name), column)?;
@@ -186,7 +193,8 @@ mod tests {
                     method=ddpg success>90 success<=5% success>0.5";
         let parsed = Filter::parse(text).unwrap();
         let shown = |term: &Term| match term {
-            Term::Word(word) => word.to_string(),
+            Term::Word(word) => word.clone(),
+            Term::Pattern(pattern) => pattern.to_string(),
             Term::Text(column, text, whole) => format!("{column}{}{text}", if *whole { "=" } else { ":" }),
             Term::Compared(column, _, value) => format!("{column} {value}"),
         };

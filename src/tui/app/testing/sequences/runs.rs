@@ -240,7 +240,13 @@ fn a_group_has_the_name_that_its_runs_are_given_together() {
     (3..6).for_each(|place| change_run(&mut view, place, |run| run.name = "my baseline".into()));
     view.groups = Arc::new(Grouping::new(&view.runs, &Grouping::default()));
     check(view.clone(), "5", &[], "my baseline (3)");
-    check(view, "5 tab", &[], "  my baseline, seed 1");
+    check(view.clone(), "5 tab", &[], "  my baseline, seed 1");
+    check(view.clone(), "5 X", &[], "With all files: my baseline (plain-0), my baseline");
+    check(view, "5 V", &[], "3 runs marked, to be compared: esc on the Runs screen removes the marks");
+    let mut view = grouped();
+    change_run(&mut view, 4, |run| run.note = "my own".into());
+    check(view.clone(), "5 i enter", &[], "they differ: a text replaces all of them, none changes nothing");
+    check(view, "5 i b enter", &of_all("note", "b").each_ref().map(|it| &**it), "b: 3 runs");
 }
 
 #[test]
