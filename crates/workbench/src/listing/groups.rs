@@ -134,15 +134,18 @@ impl Grouping {
         };
         let rows = grouping.rows.clone();
         let all = Groups::new(runs.iter().map(|run| &rows[&run.path].1));
-        // A label keeps its colour; a new one has that of the first of its runs, unless the label of that time keeps it.
-        let had = |label: &str| {
-            let mut of_label = all.tasks.iter().flat_map(|task| all.indices(task, label));
-            let same = before.groups.iter().find(|group| group.label == label);
-            let is_gone = |group: &&RunGroup| !all.labels.contains(&group.label);
-            let of_run = || of_label.find_map(|index| before.of(&runs[*index].path)).filter(is_gone);
-            same.or_else(of_run).map(|group| group.color)
+        // A label has the colour that the first of its runs had, also when it was another label, unless more runs of
+        // another label had it.
+        let had = |label: &String| {
+            let of_label = all.tasks.iter().flat_map(|task| all.indices(task, label));
+            let known: Vec<Color> = of_label.filter_map(|index| Some(before.of(&runs[*index].path)?.color)).collect();
+            known.first().map(|first| (*first, known.iter().filter(|color| *color == first).count()))
         };
-        let colors = colors(&all.labels.iter().map(|label| (&**label, had(label))).collect::<Vec<_>>());
+        let had: Vec<Option<(Color, usize)>> = all.labels.iter().map(had).collect();
+        let keeps =
+            |(color, count): &(Color, usize)| had.iter().flatten().all(|(of, more)| of != color || more <= count);
+        let had = had.iter().map(|had| had.filter(keeps).map(|(color, _)| color));
+        let colors = colors(&all.labels.iter().map(String::as_str).zip(had).collect::<Vec<_>>());
         for task in &all.tasks {
             for (label, color) in all.labels.iter().zip(&colors) {
                 let of_label = all.indices(task, label).iter().map(|index| &*runs[*index]);
@@ -330,6 +333,11 @@ mod tests {
         // Its label names another setting now.
         runs.push(run("d", &[("method", "ddpg")], &[]));
         let four = Grouping::new(&runs, &three);
+        let mut extended =
+            vec![run("c", &[("seed", "1")], &[]), run("d", &[("seed", "2")], &[]), run("e", &[("seed", "3")], &[])];
+        let before = Grouping::new(&extended, &Grouping::default());
+        Arc::make_mut(&mut Arc::make_mut(&mut extended[0]).config).episodes += 100;
+        assert_eq!(color(&Grouping::new(&extended, &before), "d"), color(&before, "d"), "its oldest run leaves it");
         assert_ne!(three.of(Path::new("runs/a")).unwrap().label, four.of(Path::new("runs/a")).unwrap().label);
         let first = runs.remove(0);
         let without = Grouping::new(&runs, &four);
