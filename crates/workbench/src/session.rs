@@ -8,8 +8,7 @@ use serde_json::Value;
 
 use super::SessionError;
 use super::clusters::ClusterStore;
-use super::command::{self, Command, DependsOn, Expect, Pause, Quantity, ScriptRole, Stop};
-use super::hand_play::HandPlay;
+use super::command::{self, Command, DependsOn, Expect, HandPlay, Pause, Quantity, ScriptRole, Stop};
 use super::job::Progress;
 use super::jobs::CommandJob;
 use super::journal::{Journal, run_name, run_number};

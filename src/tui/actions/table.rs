@@ -7,7 +7,7 @@ use super::Run::{self, Change, Do, Effects, Verb};
 use super::Tab;
 use crate::tui::app::{App, TerminalRequest};
 use crate::tui::chart::Range;
-use crate::tui::screens::{edit, figures, models, runs, scene_actions as scene, schedule, tools, training};
+use crate::tui::screens::{edit, figures, models, runs, scene, schedule, training};
 use crate::tui::view::XAxis;
 use mge_task::Edit::{AcceptProposal, DeleteProposal};
 
@@ -29,7 +29,7 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("fork", "F", "", "fork", "", Do(|app| app.on_chosen(runs::fork))),
         ("epsilon", "e", "epsilon", "epsilon", "", Verb),
         ("clusters", "c", "clusters", "clusters", "", Verb),
-        ("task", "o", "open task", "task", "", Effects(|_, ui| tools::choose_task(ui))),
+        ("task", "o", "open task", "task", "", Effects(|_, ui| edit::choose_task(ui))),
         ("undo", "u", "", "undo", "", Do(App::undo)),
         ("redo", "U ctrl-r", "", "redo", "", Verb),
         ("save", "w ctrl-s", "", "save", "", Do(App::save)),
@@ -65,9 +65,9 @@ pub(super) const ROWS: &[(Context, &[Row])] = &[
         ("accept-proposals", "Y", "accept all", "proposal accept", "accept all proposed subgoals in place of the task's own", Effects(|_, ui| edit::answer_proposals(ui, AcceptProposal { index: None }))),
         ("reject-proposals", "D", "reject all", "proposal delete", "reject all proposed subgoals", Effects(|_, ui| edit::answer_proposals(ui, DeleteProposal { index: None }))),
         ("add-subgoal", "A", "subgoal", "subgoal add", "add a subgoal after the others: the selected proposal, or a new one", Effects(|s, ui| edit::add_subgoal(&s.scene, ui))),
-        ("add-tool", "T", "tool", "tool add", "", Effects(|_, ui| tools::choose_tool(ui))),
-        ("agent-tool", "B", "", "placeable", "", Effects(|_, _| tools::choose_placeable())),
-        ("properties", "E", "properties", "tool set", "", Effects(|s, ui| tools::type_properties(&s.scene, ui))),
+        ("add-tool", "T", "tool", "tool add", "", Effects(|_, ui| edit::choose_tool(ui))),
+        ("agent-tool", "B", "", "placeable", "", Effects(|_, _| edit::choose_placeable())),
+        ("properties", "E", "properties", "tool set", "", Effects(|s, ui| edit::type_properties(&s.scene, ui))),
         ("delete", "delete X", "", "subgoal delete", "delete the selected subgoal or tool", Effects(edit::delete)),
         ("grow", ")", "", "subgoal size", "make the selected object larger; of a tool, its first property", Effects(|s, ui| edit::resize(s, ui, 1.0))),
         ("shrink", "(", "", "subgoal size", "make the selected object smaller; of a tool, its first property", Effects(|s, ui| edit::resize(s, ui, -1.0))),

@@ -8,10 +8,9 @@ mod remembered;
 #[cfg(test)]
 pub(super) mod testing;
 mod tick;
-mod unsaved;
 
+pub use quit::report_recovered_edits;
 pub use remembered::Remembered;
-pub use unsaved::report_recovered_edits;
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -6,7 +6,7 @@ use super::{App, Drag};
 use crate::tui::actions::Tab;
 use crate::tui::chart::Axes;
 use crate::tui::effect::Effect;
-use crate::tui::screens::{HitRegion, scene, scene_actions, schedule, tools, training};
+use crate::tui::screens::{HitRegion, edit, scene, schedule, training};
 use crate::tui::widgets::list;
 use mge_task::Property;
 
@@ -42,7 +42,7 @@ impl App {
                 let position = view.nearest(at.0, at.1);
                 // Cells are coarse: an object within half a cell is hit.
                 let reach = scene::REACH.max(42.0 / f32::from(view.area.height.max(1)));
-                self.act(|screens, ui| scene_actions::press(&mut screens.scene, ui, position, reach));
+                self.act(|screens, ui| scene::press(&mut screens.scene, ui, position, reach));
                 self.drag = self.screens.scene.selected().map(|_| Drag::Object);
             }
             Some(HitRegion::Schedule(axes)) => {
@@ -115,7 +115,7 @@ impl App {
         if matches!(region, Some(HitRegion::Scene(..))) && self.screens.scene.hand.is_none() {
             let steps = if up { 1.0 } else { -1.0 };
             let angle = Some(Property::Angle);
-            if let Some(effects) = tools::step_property(&self.screens.scene, &self.ui(), angle, steps) {
+            if let Some(effects) = edit::step_property(&self.screens.scene, &self.ui(), angle, steps) {
                 self.carry_out(effects);
                 return true;
             }

@@ -8,7 +8,7 @@ use crate::tui::actions::{Entry, Run, Tab};
 use crate::tui::effect::{Effect, Layer};
 use crate::tui::input::fill;
 use crate::tui::layers::{Arguments, CommandPalette, Question, some_of};
-use crate::tui::screens::{Ui, figures, run_form, runs, scene_actions, schedule, training};
+use crate::tui::screens::{Ui, figures, run_form, runs, scene, schedule, training};
 use crate::tui::terminal::report_at_the_end;
 use crate::tui::view::playback::Player;
 use crate::tui::view::{Choice, Level, RunSummary, ViewModel};
@@ -319,7 +319,7 @@ impl App {
     pub fn move_by(&mut self, direction: [f32; 2], far: bool) {
         let tab = self.tab;
         self.act(|screens, ui| match tab {
-            Tab::Scene | Tab::Edit => scene_actions::move_by(&mut screens.scene, ui, direction, far),
+            Tab::Scene | Tab::Edit => scene::move_by(&mut screens.scene, ui, direction, far),
             Tab::Schedule => schedule::move_by(&mut screens.schedule, ui, direction, far),
             Tab::Training => training::move_by(screens, ui, direction, far),
             _ => Vec::new(),
@@ -378,12 +378,11 @@ impl App {
         let choice = match self.tab {
             Tab::Scene | Tab::Edit if self.screens.scene.drop_dragged().is_some() => None,
             Tab::Scene | Tab::Edit if self.screens.scene.hand.is_some() => Some(self.screens.scene.put_tool_down()),
-            Tab::Scene | Tab::Edit if is_past => Some(Choice::Latest),
+            Tab::Training if self.screens.curves.leave() => None,
+            Tab::Scene | Tab::Edit | Tab::Training if is_past => Some(Choice::Latest),
             Tab::Scene | Tab::Edit if self.screens.scene.selected().is_some() => {
                 return self.screens.scene.select(None);
             }
-            Tab::Training if self.screens.curves.leave() => None,
-            Tab::Training if is_past => Some(Choice::Latest),
             Tab::Runs if self.screens.runs.leave() => None,
             Tab::Log if self.screens.log.leave() => None,
             _ => {

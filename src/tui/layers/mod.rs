@@ -5,10 +5,8 @@ mod palette;
 mod picker;
 mod question;
 mod search;
-mod tools;
 
 pub use form::{DEFAULT, Field, Form};
 pub use palette::{Arguments, CommandPalette, Value};
 pub use picker::{Item, Picker};
 pub use question::{Question, some_of};
-pub use tools::{tool_text, tools};

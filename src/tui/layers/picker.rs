@@ -210,7 +210,7 @@ impl<T: Clone> Layer for Picker<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tui::layers::tools;
+    use crate::tui::screens::edit::tools;
     use mge_physics::Tool;
 
     fn picker(typed: &str) -> Picker<Tool> {

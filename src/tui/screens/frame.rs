@@ -3,12 +3,13 @@
 use ratatui::prelude::*;
 use ratatui::widgets::Clear;
 
+use super::edit::tool_text;
 use super::pane::{level_style, lines};
 use super::{Screens, Ui, figures, log, models, runs, schedule, training, workbench};
 use crate::tui::actions::{Context, Entry, Tab};
 use crate::tui::chart::Axes;
 use crate::tui::input;
-use crate::tui::layers::{some_of, tool_text};
+use crate::tui::layers::some_of;
 use crate::tui::scene::View;
 use crate::tui::view::{Level, RunSummary};
 use crate::tui::widgets::columns;

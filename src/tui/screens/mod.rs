@@ -13,11 +13,9 @@ mod pane;
 pub mod run_form;
 pub mod runs;
 pub mod scene;
-pub mod scene_actions;
 mod scene_pane;
 pub mod schedule;
 mod status;
-pub mod tools;
 pub mod training;
 mod workbench;
 

@@ -5,8 +5,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::Ui;
+use super::edit::tool_text;
 use crate::tui::effect::Effect;
-use crate::tui::layers::{DEFAULT, Field, Form, some_of, tool_text};
+use crate::tui::layers::{DEFAULT, Field, Form, some_of};
 use crate::tui::view::{ModelSummary, RunSummary, comparable, cost_of_an_episode, span};
 use crate::tui::widgets::text_input::TextInput;
 use mge_base::json;

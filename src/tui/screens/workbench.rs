@@ -3,11 +3,11 @@
 use ratatui::prelude::*;
 use ratatui::widgets::{Paragraph, Row, Wrap};
 
+use super::edit::tool_text;
 use super::pane::{fitted, lines, pane};
 use super::scene::Scene;
 use super::scene_pane::scene_pane;
 use super::{HitRegions, Screens, Ui, row_regions, status, training};
-use crate::tui::layers::tool_text;
 use crate::tui::widgets::layout::split;
 use crate::tui::widgets::list;
 use mge_base::text::printable;

@@ -24,7 +24,7 @@ use mge_base::atomic::{Format, Target};
 use mge_base::spelling::{nearest, suggestion};
 use mge_run::RunError;
 
-pub use hand_play::{Place, Reset};
+pub use hand_play::{HandPlay, Place, Reset};
 pub use mge_task::Edit;
 pub use models::{Clusters, Guide, ModelStop, ModelTrain};
 pub use output::{Comparison, Expect, Figure, FigureKind, Quantity, Quit, Record, Wait};

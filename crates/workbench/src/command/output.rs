@@ -26,10 +26,7 @@ command! {
     execute = |this, session| session.export(this);
     check = |this, _| this.check_kind();
     script_role = |this| {
-        let depends_on = match this.kind {
-            FigureKind::Scene | FigureKind::Clusters => DependsOn::Nothing,
-            FigureKind::Learning => DependsOn::Runs,
-        };
+        let depends_on = if this.kind == FigureKind::Learning { DependsOn::Runs } else { DependsOn::Nothing };
         ScriptRole { depends_on, awaits: WaitFor::Result, ..ScriptRole::default() }
     };
 }

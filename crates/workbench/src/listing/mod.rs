@@ -7,7 +7,6 @@ mod groups;
 mod histories;
 mod models;
 mod summary;
-mod tasks;
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -18,9 +17,8 @@ pub use cost::{comparable, cost_of_an_episode};
 pub use curves::{Curves, XAxis};
 pub use folder::read_run;
 pub use groups::{GroupCurves, Grouping, RunGroup, scores_of};
-pub use models::ModelSummary;
+pub use models::{ModelSummary, named_tasks};
 pub use summary::RunSummary;
-pub use tasks::named_tasks;
 
 use crate::{Loader, RunView, Session};
 use folder::{Folder, is_in};

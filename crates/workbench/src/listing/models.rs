@@ -1,12 +1,13 @@
-//! The available dynamics models.
+//! The available dynamics models, and the tasks that can be opened by their names.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use crate::models::{MODELS, is_listed};
-use mge_base::paths::entries;
+use mge_base::paths::{entries, suffix};
 use mge_dynamics::{Evaluation, LaunchErrors, Model, OneTool, shipped_evaluation, shipped_models};
 use mge_physics::ToolKind;
-use mge_task::Task;
+use mge_task::{Task, level_names, load, shipped_names};
 use mge_trainer::PriorSource;
 
 /// An available dynamics model.
@@ -115,6 +116,24 @@ fn errors(name: &str, model: &Model) -> Option<Vec<(ToolKind, [f64; 2])>> {
     };
     let is_own = evaluation.model_sha256 == model.id().sha256;
     is_own.then(|| evaluation.launches.iter().map(of_tool).collect())
+}
+
+/// Maximum number of files that are read.
+const FILES: usize = 100;
+
+/// The shipped tasks, those in files here and in the folder `tasks`, and CREATE's levels, by what `task` takes.
+pub fn named_tasks() -> Vec<(String, Task)> {
+    let files = ["tasks", "."].into_iter().flat_map(|folder| entries(folder.as_ref()).unwrap_or_default());
+    let files = files.filter(|path| suffix(path) == "json").take(FILES);
+    let files = files.map(|path| path.strip_prefix(".").unwrap_or(&path).display().to_string());
+    let levels = level_names().map(|level| format!("create/{level}"));
+    let mut all: Vec<(String, Task)> = Vec::new();
+    for name in shipped_names().map(str::to_owned).chain(files.collect::<BTreeSet<_>>()).chain(levels) {
+        // Other files are in these folders, too, and copies of the shipped tasks.
+        let task = load(&name).ok().filter(|task| all.iter().all(|(_, known)| known != task));
+        all.extend(task.map(|task| (name, task)));
+    }
+    all
 }
 
 #[cfg(test)]
