@@ -2,9 +2,7 @@
 //! has no access to the session or the terminal.
 
 mod charts;
-mod curves;
 pub mod edit;
-mod figure_in_cells;
 pub mod figures;
 mod frame;
 pub mod log;
@@ -13,7 +11,6 @@ mod pane;
 pub mod run_form;
 pub mod runs;
 pub mod scene;
-mod scene_pane;
 pub mod schedule;
 mod status;
 pub mod training;
@@ -36,9 +33,9 @@ pub struct Screens {
     /// Of the Scene and the Edit screen.
     pub scene: scene::Scene,
     /// Of the curves on the Training screen.
-    pub curves: curves::CurvesState,
+    pub curves: charts::CurvesState,
     /// Of those on the Scene screen.
-    pub beside: curves::CurvesState,
+    pub beside: charts::CurvesState,
     /// Of the schedule's editor.
     pub schedule: schedule::Schedule,
     /// Of the list of runs.
@@ -59,7 +56,7 @@ pub struct Screens {
 
 impl Screens {
     /// The state of the curves on a screen, and that of the list of runs.
-    pub fn curves_on(&mut self, tab: Tab) -> (&mut curves::CurvesState, &runs::Runs) {
+    pub fn curves_on(&mut self, tab: Tab) -> (&mut charts::CurvesState, &runs::Runs) {
         (if tab == Tab::Scene { &mut self.beside } else { &mut self.curves }, &self.runs)
     }
 

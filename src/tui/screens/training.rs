@@ -6,11 +6,10 @@ use std::path::PathBuf;
 use ratatui::prelude::*;
 use ratatui::widgets::{Row, Table};
 
-use super::charts::{self, Charts, Shown};
-use super::curves::CurvesState;
+use super::charts::{self, Charts, CurvesState, Shown};
 use super::pane::{hint, lines, pane};
 use super::runs::Runs;
-use super::scene_pane::scene_pane;
+use super::workbench::scene_pane;
 use super::{HitRegions, Screens, Ui};
 use crate::tui::effect::Effect;
 use crate::tui::view::{Choice, RunSummary, span};

@@ -3,8 +3,7 @@
 use ratatui::prelude::*;
 use ratatui::text::{Line as TextLine, Text};
 
-use super::super::charts::{Charts, Shown};
-use super::super::curves::CurvesState;
+use super::super::charts::{Charts, CurvesState, Shown};
 use super::super::pane::{fitted, lines, pane};
 use super::super::{HitRegions, Ui};
 use super::columns;
