@@ -25,7 +25,6 @@ mod error;
 mod export;
 mod forks;
 mod job;
-mod jobs;
 mod journal;
 pub mod listing;
 mod loader;
@@ -36,7 +35,6 @@ mod run_log;
 mod runs;
 mod saved;
 mod script;
-mod seeds;
 mod session;
 mod setup;
 #[cfg(test)]

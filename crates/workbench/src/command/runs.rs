@@ -7,7 +7,7 @@ use super::arguments::{
     optional,
 };
 use super::{Command, DependsOn, Execute, ScriptRole, Verb, WaitFor, command};
-use crate::seeds::folder_of_seed;
+use crate::runs::folder_of_seed;
 use crate::setup::Setup;
 use crate::{Session, SessionError};
 use mge_run::{CheckpointName, RunDirectory, RunError};

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::SessionError;
-use super::command::{Command, Continue, Delete, Evaluate, Open, Restore, Stop};
+use super::command::{Command, Continue, Delete, Evaluate, Open, Restore, Seed, Stop, Train, Watch};
 use super::job::Reporter;
 use super::run::RunView;
 use super::session::{Session, episode_number, no_such_run};
@@ -29,6 +29,14 @@ pub fn usual_name(config: &RunConfig) -> String {
     format!("{}-{}-seed{}", config.task.name, config.method, config.seed)
 }
 
+/// The folder of the run with a seed, when several are trained in `folder`: one beside it, so that lists of the folder
+/// for runs have it.
+pub(super) fn folder_of_seed(folder: &Path, seed: u64) -> PathBuf {
+    let mut name = folder.components().as_path().as_os_str().to_owned();
+    name.push(format!("-seed{seed}"));
+    name.into()
+}
+
 impl Session {
     pub(super) fn train(&mut self, folder: Option<&Path>, until: Option<u32>) -> Result<String, SessionError> {
         self.setup.check()?;
@@ -39,6 +47,34 @@ impl Session {
         self.warn(&config, &set);
         let number = self.runs.add(RunView::new(directory)?, false);
         Ok(self.start_run(number, until, "training in")? + &self.with_settings())
+    }
+
+    /// Starts or queues a run for each of `seeds` consecutive seeds, beginning with the one set. Each run is
+    /// recorded as if it had been started on its own.
+    pub(super) fn train_seeds(
+        &mut self,
+        seeds: u32,
+        folder: Option<&Path>,
+        until: Option<u32>,
+    ) -> Result<String, SessionError> {
+        let first = self.config().seed;
+        let last = first.saturating_add(u64::from(seeds).saturating_sub(1));
+        let before = self.runs().len();
+        let mut report = String::new();
+        let outcome = (first..=last).try_for_each(|seed| {
+            self.apply(Seed(seed))?;
+            let folder = folder.map(|folder| folder_of_seed(folder, seed));
+            report = self.apply(Train { folder, seeds: None, until })?;
+            Ok::<_, SessionError>(())
+        });
+        self.apply(Seed(first))?;
+        outcome?;
+        // The first is trained first: those that wait for a core show nothing yet.
+        if let Some(run) = self.runs().get(before).filter(|_| first < last).map(|run| run.number) {
+            self.apply(Watch(run))?;
+        }
+        let seeds = || format!("training with seeds {first} to {last}{}", self.with_settings());
+        Ok(if first == last { report } else { seeds() })
     }
 
     /// The settings of the next run that are not the defaults of its method, which may be left over from earlier runs.

@@ -402,3 +402,31 @@ fn a_change_after_continuing_is_replayed_at_its_episode() {
     let elsewhere = replay(&session, folder.path());
     assert_eq!(metrics(elsewhere.path(), "a"), metrics(folder.path(), "a"), "{script}");
 }
+
+#[test]
+fn a_run_for_each_seed_is_started_and_recorded() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = Session::new(mge_task::load("task1").unwrap(), folder.path().to_owned());
+    let play = |session: &mut Session, text: &str| {
+        Script::parse(text, "s", &[]).unwrap().run(session, |_| {}).unwrap();
+    };
+    play(&mut session, "method ddpg\nset ddpg.hidden 4\nepisodes 2\nseed 7\ntrain seeds 3\nwait\n");
+    let seeds: Vec<u64> = session.runs().iter().map(|run| run.config().seed).collect();
+    assert_eq!((seeds, session.config().seed), (vec![7, 8, 9], 7));
+    assert!(session.runs().iter().all(|run| run.history().records.len() == 2));
+    let elsewhere = tempfile::tempdir().unwrap();
+    let mut second = Session::new(mge_task::load("task1").unwrap(), elsewhere.path().to_owned());
+    play(&mut second, &session.to_script());
+    let names = |session: &Session| session.runs().iter().map(|run| run.name.clone()).collect::<Vec<_>>();
+    assert_eq!(names(&second), names(&session), "{}", session.to_script());
+    let metrics = |folder: &Path| std::fs::read(folder.join("task1-ddpg-seed9/metrics.csv")).unwrap();
+    assert_eq!(metrics(elsewhere.path()), metrics(folder.path()));
+    // A name alone is that of a run in the folder for runs, as in the dialog and for forks.
+    play(&mut session, "train alone\ntrain together seeds 2\nwait\n");
+    for name in ["alone", "together-seed7", "together-seed8"] {
+        assert!(folder.path().join(name).join("metrics.csv").exists(), "{name}");
+    }
+    // Runs in a folder of their own name are beside it, where the folder's runs are listed.
+    play(&mut session, &format!("train {}/ seeds 2\nwait\n", folder.path().join("named").display()));
+    assert!(["named-seed7", "named-seed8"].iter().all(|name| folder.path().join(name).join("metrics.csv").exists()));
+}
