@@ -101,9 +101,7 @@ impl<'a> Shown<'a> {
                 let seeded = format!("{}, seed {}", run.name, run.config.seed);
                 (&run.config.task.name, vec![run.name.clone(), seeded, run.path.display().to_string()])
             }
-            Self::Group(group, _) => {
-                (&group.task, vec![group.name.clone(), format!("{}, {}", group.name, group.label)])
-            }
+            Self::Group(group, _) => (&group.task, vec![group.name.clone()]),
         }
     }
 

@@ -172,6 +172,13 @@ impl Grouping {
                 grouping.groups.push(group);
             }
         }
+        // Of two groups with one name, both have their labels, too, as in legends.
+        let names: Vec<_> = grouping.groups.iter().map(|group| (group.task.clone(), group.name.clone())).collect();
+        for (group, own) in grouping.groups.iter_mut().zip(&names) {
+            if group.name != group.label && names.iter().filter(|other| *other == own).count() > 1 {
+                group.name = format!("{}, {}", group.name, group.label);
+            }
+        }
         grouping
     }
 
@@ -393,6 +400,11 @@ mod tests {
         assert!(of("f").label.contains("gamma 0.5") && of("f").runs.len() == 1, "{}", of("f").label);
         assert_eq!(success(of("a"), &runs), 0.625);
         assert_eq!(success(of("c"), &runs), 0.125, "the run that has not begun does not count");
+        let mut named = runs.clone();
+        (0..5).for_each(|place| Arc::make_mut(&mut named[place]).name = "plain".into());
+        let named = Grouping::new(&named, &grouping);
+        let name = |run: &str| named.of(Path::new("runs").join(run).as_path()).unwrap().name.clone();
+        assert_eq!(["a", "c"].map(name), [of("a"), of("c")].map(|group| format!("plain, {}", group.label)));
         let again = Grouping::new(&runs, &grouping);
         assert!(Arc::ptr_eq(&again.rows, &grouping.rows), "the same runs differ in the same settings");
         let fewer = Grouping::new(&runs[..5], &grouping);

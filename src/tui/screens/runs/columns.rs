@@ -41,7 +41,7 @@ const COMMON: [(&str, u16, Cell); 7] = [
         let actions = total(line, |run| Some(run.latest(Metric::ChargedActions)?.into()))?.round();
         Some(if actions < 1e8 { actions.to_string() } else { number(actions as f32) })
     }),
-    ("duration", 8, |line, _, _| total(line, RunSummary::seconds).map(span)),
+    ("duration", 9, |line, _, _| total(line, RunSummary::seconds).map(span)),
     // When the first run began, in local time.
     ("start", 11, |line, _, _| {
         let first = line.runs.iter().filter_map(|run| run.began).reduce(f64::min)?;
