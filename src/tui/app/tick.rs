@@ -81,7 +81,7 @@ impl App {
         let view = self.workspace.view();
         let now = view.active_runs().map(|run| run.path.clone()).collect();
         let before = std::mem::replace(&mut self.training, now);
-        let ended = before.iter().filter_map(|path| view.run(path)).filter(|run| !run.active);
+        let ended = before.iter().filter_map(|path| view.run(path)).filter(|run| !self.training.contains(&run.path));
         let news = ended.filter_map(|run| match &run.state {
             RunState::Finished => Some(format!("{} is finished", run.name)),
             RunState::Failed(reason) => Some(format!("{} has failed: {reason}", run.name)),

@@ -148,6 +148,8 @@ impl ViewModel {
 
     /// Runs that this program is training or will train.
     pub fn active_runs(&self) -> impl Iterator<Item = &RunSummary> {
-        self.runs.iter().map(|run| &**run).filter(|run| run.active || run.queued)
+        // The thread of a finished one only ends.
+        let is_active = |run: &RunSummary| run.active && run.state != RunState::Finished;
+        self.runs.iter().map(|run| &**run).filter(move |run| run.queued || is_active(run))
     }
 }
