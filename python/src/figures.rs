@@ -91,7 +91,7 @@ pub fn figure_learning(py: Python<'_>, folders: Vec<PathBuf>, greedy: bool, step
     let runs: Vec<TrainedRun> = found(py, folders)?.into_iter().map(|run| run.trained).collect();
     let success = if greedy { Success::Greedy } else { Success::Training };
     let against = if steps { Against::Charged } else { Against::Episodes };
-    let curves = abandonable(py, move || learning_curves(&runs, &Bootstrap::default(), success, against))?;
+    let curves = abandonable(py, move || learning_curves(&runs, &Bootstrap::default(), success, against, None))?;
     Ok(Figure::new(curves.map_err(exception)?, "mge.figures.learning_curves()"))
 }
 
