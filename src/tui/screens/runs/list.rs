@@ -70,9 +70,9 @@ pub fn draw(
     let theme = ui.theme;
     let [header, rows] = Layout::vertical([Constraint::Length(1), Constraint::Fill(1)]).areas(area);
     let several_tasks = ui.view.runs.iter().any(|run| run.config.task.name != ui.view.runs[0].config.task.name);
-    let labels: Vec<String> = lines.iter().map(|line| line.name(several_tasks)).collect();
-    let labels: BTreeSet<&str> = labels.iter().map(String::as_str).collect();
     let judged = &lines[..lines.len().min(JUDGED)];
+    let labels: Vec<String> = judged.iter().map(|line| line.name(several_tasks)).collect();
+    let labels: BTreeSet<&str> = labels.iter().map(String::as_str).collect();
     let named = judged.iter().map(|line| line.named(usize::from(NAME[1]), several_tasks, &labels));
     let states = judged.iter().map(|line| width(&line.state(theme).0) as u16);
     let state_width = states.max().unwrap_or(0).clamp(STATE[0], STATE[1]);
