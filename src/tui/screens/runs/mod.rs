@@ -255,7 +255,8 @@ fn about_group(group: &RunGroup, runs: &[&RunSummary], hidden: usize) -> String 
             text += "; those that their success ended keep their last value";
         }
         if ended.contains(&false) {
-            text += "; the curves go on with the runs that have got so far";
+            let end = group.curves.as_ref().map_or(0, |curves| curves.middle.last_episode());
+            text += &format!("; the curves, with their values, end at episode {end}, which half of them have reached");
         }
     }
     text
@@ -286,7 +287,10 @@ mod tests {
         assert!(about.ends_with("on task1, seeds 0, 1, 2"), "none of its runs has begun: {about}");
         view.runs.drain(..3);
         let about = about_three(&mut view, 0);
-        assert!(about.contains("to 25 %); the curves go on with"), "there is no other group: {about}");
+        assert!(
+            about.contains("to 25 %); the curves, with their values, end at episode"),
+            "there is no other group: {about}"
+        );
         let config = view.runs[0].config.clone();
         for run in &mut view.runs {
             Arc::make_mut(run).config = config.clone();
