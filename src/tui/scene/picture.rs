@@ -1,4 +1,4 @@
-//! Draws tools: to scale in a scene, and as small pictures.
+//! Draws tools to scale in a scene, and small pictures of tools and tasks.
 
 use ratatui::prelude::*;
 use ratatui::widgets::canvas::Context;

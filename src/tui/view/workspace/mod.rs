@@ -67,9 +67,6 @@ const RECHECK_EPISODES: u64 = 50;
 /// Number of past episodes and of models kept.
 const KEPT: usize = 4;
 
-/// Models, and tasks by the names that open them.
-type Known = (Vec<ModelSummary>, Vec<(String, Task)>);
-
 /// A session and its view model.
 pub struct SessionWorkspace {
     session: Session,
@@ -77,9 +74,10 @@ pub struct SessionWorkspace {
     allow: fn(&Command) -> bool,
     view: ViewModel,
     listing: Listing,
-    /// The available models and tasks, by the task that the former are described for and the number of changes of their
-    /// files.
-    known: Loader<(Arc<Task>, usize), Known>,
+    /// The available models, by the task that they are described for and the number of changes of their files.
+    models: Loader<(Arc<Task>, usize), Vec<ModelSummary>>,
+    /// The tasks that can be opened, read again when the task is of another file.
+    tasks: Loader<Option<PathBuf>, Vec<(String, Task)>>,
     /// How often a command has changed the files of models.
     model_changes: usize,
     /// Models by the source, the settings of a trained one, the seed and the task they depend on.
@@ -105,7 +103,8 @@ impl SessionWorkspace {
             session,
             allow: |_| true,
             listing,
-            known: Loader::default(),
+            models: Loader::default(),
+            tasks: Loader::default(),
             model_changes: 0,
             model: Loader::new(KEPT),
             episodes: Loader::new(KEPT),
@@ -198,12 +197,14 @@ impl Workspace for SessionWorkspace {
         let preparing = self.session.run().and_then(RunView::phase).is_some_and(|phase| phase.preparation().is_some());
         let (task, changes) = (self.view.task.clone(), self.model_changes);
         let key = (task.clone(), changes);
-        self.known.request(key, Duration::MAX, move |_| Ok((ModelSummary::all(&task), named_tasks())));
+        self.models.request(key, Duration::MAX, move |_| Ok(ModelSummary::all(&task)));
+        self.tasks.request(self.view.file.clone(), Duration::MAX, |_| Ok(named_tasks()));
         let news = [
             self.listing.poll(&self.session),
             self.episodes.poll(),
             self.agents.poll(),
-            self.known.poll(),
+            self.models.poll(),
+            self.tasks.poll(),
             self.model.poll(),
         ];
         let news = news.contains(&true);

@@ -20,8 +20,10 @@ impl SessionWorkspace {
         let view = &mut self.view;
         view.prior_failure = known.prior_failure.filter(|_| known.task == view.task);
         (view.figures, view.log, view.log_total) = (known.figures, known.log, known.log_total);
-        if let Some((_, Ok((models, tasks)))) = self.known.latest(|_| true) {
+        if let Some((_, Ok(models))) = self.models.latest(|_| true) {
             view.models.clone_from(models);
+        }
+        if let Some((_, Ok(tasks))) = self.tasks.latest(|_| true) {
             view.tasks.clone_from(tasks);
         }
         // It may just have been written.
